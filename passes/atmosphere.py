@@ -1,0 +1,110 @@
+"""Pass 5, second half: the composite. Each class of pixels has a shader of its own, without loops or branches over pieces.
+
+The widths pass wrote the class of every pixel as a depth. Drawing one triangle per class with the depth test on equality
+shades exactly the pixels of that class: hardware and software rasterizers alike reject the others before shading.
+"""
+
+import math
+
+import moderngl
+
+from shadowatmo.passes.base import RenderPass, depth_test
+from shadowatmo.passes.constants import (
+    medium_defines,
+    medium_uniforms,
+    segment_defines,
+    segment_uniforms,
+    transmittance_defines,
+)
+from shadowatmo.passes.gl.textures import Target
+
+# by class: no air, one lit piece, one lit piece and a shadow, a shadow between two lit pieces
+CLASS_FEATURES = (
+    {},
+    {"HAS_AIR": True},
+    {"HAS_AIR": True, "HAS_SHADOW": True},
+    {"HAS_AIR": True, "HAS_SHADOW": True, "HAS_TWO_PIECES": True},
+)
+WIDTHS_OPACITY = 0.6  # of a unit of brightness, for the method "widths"
+
+
+class AtmosphereComposite(RenderPass):
+    """Dims the scene by the air before it and adds the light that the air scatters, one sun after the other."""
+
+    name = "atmosphere"
+    inputs = ("cuts", "distance", "class")
+    outputs = ("color",)
+
+    def __init__(self, ctx, size):
+        super().__init__(ctx, size)
+        self.target = self.own(Target(ctx, size, color=("rgba32f",)))
+        self._framebuffers = {}
+
+    def draw(self, view, textures, sun, first):
+        framebuffer = self._framebuffer(textures["class"])
+        framebuffer.use()
+        samplers = {"u_cuts": textures["cuts"]}
+        defines, uniforms = self._common(view, sun)
+        if first and "background" in textures:
+            defines["HAS_BACKGROUND"] = True
+            samplers["u_background"] = textures["background"]
+        if view.scene.sun_disc:
+            defines["HAS_SUN_DISC"] = True
+            samplers["u_distance"] = textures["distance"]
+            uniforms |= sun_disc_uniforms(view, sun)
+        method_defines, method_uniforms = METHODS[view.quality.method](view)
+        if not first:
+            self.ctx.enable(moderngl.BLEND)
+            self.ctx.blend_func = moderngl.ONE, moderngl.ONE, moderngl.ZERO, moderngl.ONE
+        with depth_test(self.ctx, "=="):
+            for number, features in enumerate(CLASS_FEATURES):
+                extra = (method_defines, method_uniforms) if features else ({}, {})
+                self.fullscreen(
+                    "atmosphere.frag",
+                    {**defines, **features, **extra[0]},
+                    {**uniforms, **extra[1], "u_class": number},
+                    samplers,
+                    vertex="class.vert",
+                )
+        self.ctx.disable(moderngl.BLEND)
+        self.ctx.blend_func = moderngl.ONE, moderngl.ZERO
+        textures["color"] = self.target.color[0]
+
+    def _framebuffer(self, class_depth):
+        """Return our color target with the widths pass's classes as its depth, which it must not write."""
+        if class_depth not in self._framebuffers:
+            framebuffer = self.own(self.ctx.framebuffer(self.target.color, class_depth))
+            framebuffer.depth_mask = False
+            self._framebuffers[class_depth] = framebuffer
+        return self._framebuffers[class_depth]
+
+    @staticmethod
+    def _common(view, sun):
+        uniforms = {**view.camera_uniforms(), **view.axis_uniforms(sun), "u_irradiance": sun.irradiance}
+        return {"HAS_FAR_CAMERA": True} if view.is_far else {}, uniforms
+
+
+def sun_disc_uniforms(view, sun) -> dict:
+    """Return the uniforms of sun_disc.glsl: the disc's mean radiance is the irradiance over its solid angle."""
+    sine = sun.radius / sun.distance
+    center = 1.0 / (math.pi * sine * sine * (1.0 - sun.limb_darkening / 3.0))
+    return {"u_sun_disc": (sine, sun.limb_darkening, center), "u_pixel_angle": view.pixel_angle}
+
+
+def segments_method(view):
+    """Return defines and uniforms of the method "segments"."""
+    atmosphere, quality = view.scene.atmosphere, view.quality
+    defines = {"HAS_SEGMENTS": True, **medium_defines(atmosphere)}
+    defines |= {**transmittance_defines(atmosphere, quality), **segment_defines(quality)}
+    return defines, {**medium_uniforms(atmosphere), **segment_uniforms(atmosphere)}
+
+
+def widths_method(view):
+    """Return defines and uniforms of the method "widths"; white light on the display is a white wall in the sun."""
+    nearest, farthest = view.air_range
+    blue = max(view.scene.atmosphere.rayleigh_scattering) or 1.0
+    color = [math.sqrt(c / blue) / math.pi for c in view.scene.atmosphere.rayleigh_scattering]
+    return {"HAS_WIDTHS": True}, {"u_air_color": (*color, WIDTHS_OPACITY), "u_range": farthest - nearest}
+
+
+METHODS = {"segments": segments_method, "widths": widths_method}

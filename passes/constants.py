@@ -1,0 +1,93 @@
+"""Scene and quality as the shaders' uniforms and defines: one place that knows both vocabularies."""
+
+import numpy as np
+
+from shadowatmo.quadrature import cumulative_matrix, gauss_legendre
+from shadowatmo.ray import k_of
+from shadowatmo.shadow import cylinder, umbra_cone
+
+TOP_DENSITY = 1e-5  # relative density at the top above which the closed form subtracts the column beyond it
+
+
+def air_uniforms(atmosphere) -> dict:
+    """Return the uniforms of ray.glsl."""
+    return {
+        "u_bottom_radius": atmosphere.bottom_radius,
+        "u_thickness": atmosphere.thickness,
+        "u_top_k": k_of(atmosphere, atmosphere.thickness),
+    }
+
+
+def medium_uniforms(atmosphere) -> dict:
+    """Return the uniforms of ray.glsl and medium.glsl."""
+    uniforms = {
+        **air_uniforms(atmosphere),
+        "u_scale_height": (atmosphere.rayleigh_scale_height, atmosphere.mie_scale_height),
+        "u_rayleigh_scattering": atmosphere.rayleigh_scattering,
+        "u_mie_scattering": atmosphere.mie_scattering,
+        "u_mie_extinction": atmosphere.mie_extinction,
+    }
+    if atmosphere.ozone is not None:
+        uniforms["u_ozone_extinction"] = atmosphere.ozone.extinction
+        uniforms["u_ozone_layer"] = (atmosphere.ozone.center, atmosphere.ozone.half_width)
+    return uniforms
+
+
+def dominant_layer(atmosphere) -> tuple[float, float]:
+    """Return scale height [m] and extinction [1/m] of the layer with the largest vertical optical depth."""
+    layers = [
+        (atmosphere.rayleigh_scale_height, max(atmosphere.rayleigh_scattering)),
+        (atmosphere.mie_scale_height, max(atmosphere.mie_extinction)),
+    ]
+    return max(layers, key=lambda layer: layer[0] * layer[1])
+
+
+def segment_uniforms(atmosphere) -> dict:
+    """Return the uniforms that segments.glsl and phase.glsl add."""
+    return {"u_dominant": dominant_layer(atmosphere), "u_mie_g": atmosphere.mie_g}
+
+
+def medium_defines(atmosphere) -> dict:
+    """Return the features of medium.glsl that an atmosphere asks for."""
+    return {"HAS_OZONE": True} if atmosphere.ozone is not None and any(atmosphere.ozone.extinction) else {}
+
+
+def transmittance_defines(atmosphere, quality) -> dict:
+    """Return the features of transmittance.glsl that a quality asks for."""
+    if quality.transmittance == "table":
+        return {"HAS_TABLE": True}
+    scale_height = max(atmosphere.rayleigh_scale_height, atmosphere.mie_scale_height)
+    dense_top = np.exp(-atmosphere.thickness / scale_height) > TOP_DENSITY
+    return {"TERMS": quality.terms, **({"HAS_TOP": True} if dense_top and quality.terms == 6 else {})}
+
+
+def segment_defines(quality) -> dict:
+    """Return the quadrature constants of segments.glsl."""
+    nodes, weights = gauss_legendre(quality.nodes)
+    gap_nodes, gap_weights = gauss_legendre(quality.gap_nodes)
+    return {
+        "NODE_COUNT": quality.nodes,
+        "GAP_COUNT": quality.gap_nodes,
+        "NODE_VALUES": glsl_array(nodes),
+        "WEIGHT_VALUES": glsl_array(weights),
+        "CUMULATIVE_VALUES": glsl_array(cumulative_matrix(quality.nodes).ravel()),
+        "GAP_NODE_VALUES": glsl_array(gap_nodes),
+        "GAP_WEIGHT_VALUES": glsl_array(gap_weights),
+    }
+
+
+def glsl_array(values) -> str:
+    """Return a float32 array constructor."""
+    return f"float[{len(values)}](" + ", ".join(f"{np.float32(v):.9e}" for v in values) + ")"
+
+
+def shadow_cone(atmosphere, sun, shape):
+    """Return the planet's shadow as a Cone: "cylinder" or "cone" (the umbra)."""
+    if shape == "cylinder":
+        return cylinder(atmosphere.bottom_radius)
+    return umbra_cone(atmosphere.bottom_radius, sun.radius, sun.distance)
+
+
+def cone_uniforms(name, cone) -> dict:
+    """Return a Cone as the uniform struct `name`."""
+    return {f"{name}.{field}": getattr(cone, field) for field in ("radius", "slope", "excess", "near", "far")}

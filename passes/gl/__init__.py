@@ -1,0 +1,1 @@
+"""OpenGL plumbing: context, shader loader, textures, state guard and raw entry points."""

@@ -1,0 +1,216 @@
+"""The renderer: plans the passes that a scene needs, runs them in order, and hands out the frame."""
+
+import numpy as np
+
+from shadowatmo.camera import Camera
+from shadowatmo.errors import ParameterError, PassError
+from shadowatmo.passes.atmosphere import AtmosphereComposite
+from shadowatmo.passes.atmosphere_back_depth import AtmosphereBackDepth
+from shadowatmo.passes.frame import Frame
+from shadowatmo.passes.gl.context import check_alive
+from shadowatmo.passes.gl.state import preserve_state
+from shadowatmo.passes.gl.textures import check_size
+from shadowatmo.passes.planet import Planet
+from shadowatmo.passes.planning import make_plan
+from shadowatmo.passes.shadow_back_depth import ShadowBackDepth
+from shadowatmo.passes.shadow_front_depth import ShadowFrontDepth
+from shadowatmo.passes.tonemap import Tonemap
+from shadowatmo.passes.view import View
+from shadowatmo.passes.widths import Widths, check_convention
+from shadowatmo.plan import Plan
+from shadowatmo.quality import as_quality
+from shadowatmo.scene import Scene
+from shadowatmo.validation import instance
+
+
+class Renderer:
+    """Draws a scene through its atmosphere.
+
+    Parameters
+    ----------
+    ctx : moderngl.Context
+        A live context, the host's own; nothing but its objects made here is released by `close`.
+    scene : Scene
+        What is drawn. May be replaced between frames by assigning `scene`.
+    size : (int, int)
+        Width and height of the frames [pixels], from 1x1 to the driver's limit.
+    quality : Quality or str
+        Method and effort.
+
+    Raises
+    ------
+    ParameterError
+        If an argument is malformed. ContextError if the context is gone or has no memory for the frame.
+    """
+
+    def __init__(self, ctx, scene, size=(1280, 720), quality="balanced"):
+        check_alive(ctx)
+        self.ctx = ctx
+        self.quality = as_quality(quality)
+        self.size = check_size(ctx, size)
+        self.frame_number = 0
+        self._passes, self._closed = {}, False
+        self.scene = scene
+        with preserve_state(ctx):
+            try:
+                self._make_passes()
+            except BaseException:
+                self.close()
+                raise
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that the next frame shows."""
+        return self._scene
+
+    @scene.setter
+    def scene(self, scene):
+        instance("scene", scene, Scene, "a Scene")
+        before, self._scene = getattr(self, "_scene", None), scene
+        if before is not None and (before.surface, len(before.suns)) != (scene.surface, len(scene.suns)):
+            with preserve_state(self.ctx):
+                self._release("planet")
+                self._make_passes()
+
+    def _make_passes(self):
+        depth_format = "d32f" if self.quality.depth_bits == 32 else "d24"
+        makers = {
+            "shadow_back_depth": lambda: ShadowBackDepth(self.ctx, self.size, depth_format),
+            "shadow_front_depth": lambda: ShadowFrontDepth(self.ctx, self.size, depth_format),
+            "planet": lambda: Planet(self.ctx, self.size, depth_format, self.scene.surface),
+            "atmosphere_back_depth": lambda: AtmosphereBackDepth(self.ctx, self.size, depth_format),
+            "widths": lambda: Widths(self.ctx, self.size),
+            "atmosphere": lambda: AtmosphereComposite(self.ctx, self.size),
+        }
+        for step in self.plan.steps:
+            if step.name not in self._passes:
+                self._passes[step.name] = makers[step.name]()
+        if len(self.scene.suns) > 1 and "further_widths" not in self._passes:
+            self._passes["further_widths"] = makers["widths"]()
+
+    @property
+    def plan(self) -> Plan:
+        """The passes that `render` runs, each with its reason, and what was left out and why."""
+        return make_plan(self.scene, self.quality)
+
+    def render(self, camera) -> Frame:
+        """Draw the scene as the camera sees it and return the frame.
+
+        Raises
+        ------
+        ParameterError
+            If `camera` is no Camera. PassError after `close`; ContextError if the context is gone.
+        """
+        return self._frame(camera, {})
+
+    def compose(self, color, depth, camera, target=None) -> Frame:
+        """Put a host's picture behind the atmosphere.
+
+        Parameters
+        ----------
+        color, depth : moderngl.Texture or int
+            The host's linear color and its depth, of the renderer's size; an int is the name of an OpenGL texture of
+            that size. `camera.depth` says how the depth is to be read.
+        camera : Camera
+            The one that the host drew with.
+        target : moderngl.Framebuffer, optional
+            Also draw the composed linear color into it. Its size must be the renderer's.
+
+        Raises
+        ------
+        ParameterError
+            If a texture has another size, or the depth's kind does not go with its convention. Nothing is drawn then.
+        """
+        textures = {
+            "background": self._host_texture("color", color, 4, False),
+            "host_depth": self._host_texture("depth", depth, 1, None),
+        }
+        instance("camera", camera, Camera, "a Camera")
+        check_convention(textures["host_depth"], camera.depth)
+        if target is not None and tuple(target.size) != self.size:
+            raise ParameterError("target", f"size {tuple(target.size)}", f"a framebuffer of size {self.size}")
+        return self._frame(camera, textures, target)
+
+    def _host_texture(self, name, texture, components, is_depth):
+        """Return a host's texture as a moderngl one, of the right size."""
+        check_alive(self.ctx)
+        if isinstance(texture, (int, np.integer)) and not isinstance(texture, bool):
+            return self.ctx.external_texture(int(texture), self.size, components, 0, "f4")
+        size = getattr(texture, "size", None)
+        if size is None or not hasattr(texture, "use"):
+            raise ParameterError(name, texture, f"a moderngl.Texture or the name of a GL texture, of size {self.size}")
+        if tuple(size) != self.size:
+            raise ParameterError(name, f"a texture of size {tuple(size)}", f"a texture of size {self.size}")
+        return texture
+
+    def _frame(self, camera, textures, target=None) -> Frame:
+        self._check_open()
+        instance("camera", camera, Camera, "a Camera")
+        view = View(self.scene, self.quality, camera, self.size)
+        with preserve_state(self.ctx):
+            textures = self._run(view, dict(textures))
+            if target is not None:
+                self._copy(textures["color"], target)
+        self.frame_number += 1
+        return Frame(self, self.frame_number, textures)
+
+    def _run(self, view, textures) -> dict:
+        """Draw all passes of a view and return every texture by name."""
+        composed = "host_depth" in textures
+        if "planet" in self._passes and not composed:
+            self._passes["planet"].draw(view, textures)
+            textures["background"] = textures["planet_color"]
+        if "atmosphere_back_depth" in self._passes:
+            self._passes["atmosphere_back_depth"].draw(view, textures)
+        for number, sun in enumerate(self.scene.suns):
+            first = number == 0
+            mine = textures if first else dict(textures)  # the frame keeps the widths of sun 0
+            for name in ("shadow_back_depth", "shadow_front_depth", "widths" if first else "further_widths"):
+                if name in self._passes:
+                    self._passes[name].draw(view, mine, sun)
+            self._passes["atmosphere"].draw(view, mine, sun, first)
+        return textures
+
+    def _copy(self, texture, framebuffer):
+        framebuffer.use()
+        self._passes["atmosphere"].fullscreen("copy.frag", {}, {}, {"u_color": texture})
+
+    def read_texture(self, texture) -> np.ndarray:
+        """Return a texture's contents as float32 (h, w, channels), row 0 at the top."""
+        self._check_open()
+        with preserve_state(self.ctx):
+            data = np.frombuffer(texture.read(alignment=1), np.float32)
+        return data.reshape(self.size[1], self.size[0], -1)[::-1]
+
+    def tonemapped(self, color, exposure) -> np.ndarray:
+        """Return a linear color texture as display values, uint8 (h, w, 3), row 0 at the top."""
+        self._check_open()
+        with preserve_state(self.ctx):
+            if "tonemap" not in self._passes:
+                self._passes["tonemap"] = Tonemap(self.ctx, self.size)
+            tonemap = self._passes["tonemap"]
+            tonemap.draw({"color": color}, exposure)
+            data = np.frombuffer(tonemap.target.color[0].read(alignment=1), np.uint8)
+        return np.ascontiguousarray(data.reshape(self.size[1], self.size[0], 4)[::-1, :, :3])
+
+    def _check_open(self):
+        if self._closed:
+            raise PassError("this renderer is closed; make a new one")
+        check_alive(self.ctx)
+
+    def _release(self, name):
+        if name in self._passes:
+            self._passes.pop(name).release()
+
+    def close(self) -> None:
+        """Release everything that the renderer made; a second call does nothing."""
+        self._closed = True
+        self.frame_number = -1
+        for name in list(self._passes):
+            self._release(name)
+
+    def __enter__(self) -> "Renderer":
+        return self
+
+    def __exit__(self, *exception) -> None:
+        self.close()

@@ -1,0 +1,45 @@
+"""Which passes a scene needs, and why."""
+
+from shadowatmo.passes.atmosphere import AtmosphereComposite
+from shadowatmo.passes.atmosphere_back_depth import AtmosphereBackDepth
+from shadowatmo.passes.planet import Planet
+from shadowatmo.passes.shadow_back_depth import ShadowBackDepth
+from shadowatmo.passes.shadow_front_depth import ShadowFrontDepth
+from shadowatmo.passes.tonemap import Tonemap
+from shadowatmo.passes.widths import DEPTH_TEXTURES, Widths
+from shadowatmo.plan import Plan, Step
+
+
+def make_plan(scene, quality) -> Plan:
+    """Return the passes that `Renderer.render` runs for a scene at a quality, in order, with their reasons."""
+    textured, shape = quality.depth == "textures", quality.shadow
+    steps, left_out = [], []
+
+    def add(wanted, render_pass, reason, otherwise, inputs=None):
+        step = Step(render_pass.name, reason if wanted else otherwise, inputs or render_pass.inputs, render_pass.outputs)
+        (steps if wanted else left_out).append(step)
+
+    solved = "the shadow's distances are solved per pixel (depth='analytic')"
+    add(textured, ShadowBackDepth, f"the far side of the planet's shadow ({shape}) ends the dark part of a ray", solved)
+    add(textured, ShadowFrontDepth, f"the near side of the planet's shadow ({shape}) begins the dark part", solved)
+    if scene.surface is not None:
+        reason = "the scene has a surface, to be drawn and lit"
+    else:
+        reason = "the ground ends the path of a ray; without a surface it stays black"
+    add(textured or scene.surface is not None, Planet, reason, "the ground's distance is solved per pixel; it is black")
+    add(textured, AtmosphereBackDepth, "the top of the air ends the path of a ray", solved.replace("shadow", "air"))
+    depths = DEPTH_TEXTURES if textured else ()
+    planet = ("planet_depth",) if any(step.name == "planet" for step in steps) else ()
+    suns = f"{len(scene.suns)} suns, once for each" if len(scene.suns) > 1 else "one sun"
+    add(True, Widths, f"cuts rays into lit and shadowed widths ({suns})", "", (*depths, *planet))
+    background = ("planet_color",) if planet else ()
+    how = {
+        "segments": f"single scattering by {quality.nodes} nodes a lit piece, columns from the "
+        + ("table" if quality.transmittance == "table" else f"closed form with {quality.terms} terms"),
+        "widths": "brightness by widths, the published formula",
+    }[quality.method]
+    add(True, AtmosphereComposite, f"{how} ({suns})", "", (*AtmosphereComposite.inputs, *background))
+    left_out.append(Step(Tonemap.name, "runs when a picture is asked for; frames are scene-linear"))
+    if scene.occluders:
+        left_out.append(Step("eclipse", "occluders shade nothing yet: only their lengths are known to probe()"))
+    return Plan(tuple(steps), tuple(left_out))

@@ -1,0 +1,68 @@
+"""A surface's images as textures: color decoded from sRGB by the texture unit, relief as slopes and altitude."""
+
+import moderngl
+import numpy as np
+
+SRGB8_ALPHA8 = 0x8C43
+
+
+class SurfaceMaps:
+    """Textures of one Surface, with mipmaps; `relief` and `color` are None where the surface has none."""
+
+    def __init__(self, ctx, surface):
+        self.ctx = ctx
+        self.color, self.relief, self.highest = None, None, 0.0
+        color, height = surface.load_color(), surface.load_height()
+        try:
+            if color is not None:
+                opaque = np.dstack([color, np.full(color.shape[:2], 255, np.uint8)])
+                self.color = self._texture(opaque, "f1", SRGB8_ALPHA8)
+            if height is not None and height.any():
+                self.highest = float(height.max())
+                self.relief = self._texture(relief(height), "f4", None)
+        except BaseException:
+            self.release()
+            raise
+
+    def _texture(self, rows, dtype, internal_format):
+        """Upload rows that begin in the north; GL wants the south first."""
+        height, width, channels = rows.shape
+        data = np.ascontiguousarray(rows[::-1]).tobytes()
+        options = {} if internal_format is None else {"internal_format": internal_format}
+        texture = self.ctx.texture((width, height), channels, data, dtype=dtype, **options)
+        texture.build_mipmaps()
+        texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
+        texture.repeat_x, texture.repeat_y = True, False
+        return texture
+
+    def defines(self) -> dict:
+        """Return the features of surface.glsl."""
+        present = {"HAS_COLOR_MAP": self.color is not None, "HAS_RELIEF": self.relief is not None}
+        return {name: True for name, value in present.items() if value}
+
+    def textures(self) -> dict:
+        """Return the samplers of surface.glsl."""
+        maps = {"u_color_map": self.color, "u_relief_map": self.relief}
+        return {name: texture for name, texture in maps.items() if texture is not None}
+
+    def release(self) -> None:
+        """Release the textures."""
+        for texture in (self.color, self.relief):
+            if texture is not None:
+                texture.release()
+        self.color = self.relief = None
+
+
+def relief(height, radius=6.36e6) -> np.ndarray:
+    """Return (rows, columns, 3) float32: slope to the east, slope to the north, altitude [m] of an altitude map [m].
+
+    Central differences on the sphere of `radius` [m]; longitudes wrap. Slopes near the poles, where columns crowd, are
+    taken over at least the spacing at 85 degrees.
+    """
+    rows, columns = height.shape
+    latitude = np.pi * (0.5 - (np.arange(rows) + 0.5) / rows)
+    spacing = 2.0 * np.pi * radius / columns * np.maximum(np.cos(latitude), np.cos(np.radians(85.0)))
+    east = (np.roll(height, -1, axis=1) - np.roll(height, 1, axis=1)) / (2.0 * spacing[:, None])
+    padded = np.pad(height, ((1, 1), (0, 0)), mode="edge")
+    north = (padded[:-2] - padded[2:]) / (2.0 * np.pi * radius / rows)
+    return np.dstack([east, north, height]).astype(np.float32)

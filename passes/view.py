@@ -1,0 +1,136 @@
+"""One camera over one scene: everything that the CPU works out in float64 before a pass draws."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from shadowatmo.camera import Camera
+from shadowatmo.parameters import Sun
+from shadowatmo.passes.constants import air_uniforms, cone_uniforms, shadow_cone
+from shadowatmo.quality import Quality
+from shadowatmo.scene import Scene
+from shadowatmo.shadow import Cone
+
+REVERSED_NEAR = 1e-3  # m, where our reversed depth reaches 1; with a float's range it costs no precision to be so small
+FAR_RADII = 2.0  # distance from the center, in ground radii, beyond which the tangent point comes from the moment
+
+
+@dataclass(frozen=True)
+class View:
+    """A camera, a frame size and a scene, as uniforms.
+
+    Parameters
+    ----------
+    scene, quality, camera : Scene, Quality, Camera
+        What is drawn, how, and from where.
+    size : (int, int)
+        Width and height of the frame [pixels].
+    """
+
+    scene: Scene
+    quality: Quality
+    camera: Camera
+    size: tuple[int, int]
+
+    @cached_property
+    def position(self) -> np.ndarray:
+        """Camera position (3,) [m]."""
+        return np.array(self.camera.position)
+
+    @cached_property
+    def radius(self) -> float:
+        """Distance of the camera from the planet's center [m]."""
+        return float(np.linalg.norm(self.position))
+
+    @cached_property
+    def altitude(self) -> float:
+        """Altitude of the camera [m]."""
+        return self.radius - self.scene.atmosphere.bottom_radius
+
+    @cached_property
+    def up(self) -> np.ndarray:
+        """Unit vector (3,) from the planet's center to the camera; the north pole's at the center itself."""
+        return self.position / self.radius if self.radius > 0.0 else np.array([0.0, 0.0, 1.0])
+
+    @cached_property
+    def is_far(self) -> bool:
+        """Whether the tangent point of a ray is better taken from the moment than from the altitude."""
+        return self.radius > FAR_RADII * self.scene.atmosphere.bottom_radius
+
+    @cached_property
+    def axes(self) -> np.ndarray:
+        """Right, up and forward as the columns of (3, 3); the first two carry the tangents of the half angles."""
+        tan_x, tan_y = self.camera.tangents(self.size)
+        return self.camera.basis().T * (tan_x, tan_y, 1.0)
+
+    @cached_property
+    def to_clip(self) -> np.ndarray:
+        """Matrix (4, 4) from planet-centered metres to clip x, y and eye depth (as w)."""
+        matrix = np.zeros((4, 4))
+        right, up, forward = self.camera.basis()
+        tan_x, tan_y = self.camera.tangents(self.size)
+        for row, axis in ((0, right / tan_x), (1, up / tan_y), (3, forward)):
+            matrix[row, :3] = axis
+            matrix[row, 3] = -axis @ self.position
+        return matrix
+
+    @cached_property
+    def clip_planes(self) -> tuple[float, float]:
+        """Near and far [m] of our own depth; the far plane of the reversed one is infinite."""
+        if self.quality.depth_bits == 32:
+            return REVERSED_NEAR, float("inf")
+        nearest, farthest = self.air_range
+        return max(0.1 * nearest, 0.1 * max(self.altitude, 0.0), 0.1), 1.01 * farthest
+
+    @cached_property
+    def air_range(self) -> tuple[float, float]:
+        """Distances [m] to the nearest and the farthest point of the air."""
+        top = self.scene.atmosphere.top_radius
+        return max(self.radius - top, 0.0), self.radius + top
+
+    @cached_property
+    def pixel_angle(self) -> float:
+        """Angle [rad] of a pixel in the middle of the frame."""
+        return 2.0 * self.camera.tangents(self.size)[1] / self.size[1]
+
+    def defines(self) -> dict:
+        """Return the features of camera.glsl and depth.glsl."""
+        features = {"HAS_FAR_CAMERA": self.is_far, "HAS_PUBLISHED_DEPTH": self.quality.depth_bits == 24}
+        return {name: True for name, wanted in features.items() if wanted}
+
+    def camera_uniforms(self) -> dict:
+        """Return the uniforms of camera.glsl and ray.glsl."""
+        altitude, atmosphere = self.altitude, self.scene.atmosphere
+        uniforms = {
+            **air_uniforms(atmosphere),
+            "u_pixel_to_screen": (2.0 / self.size[0], 2.0 / self.size[1]),
+            "u_axes": self.axes,
+            "u_position_dots": self.position @ self.axes,
+            "u_camera_k": altitude * (2.0 * atmosphere.bottom_radius + altitude),
+        }
+        if self.is_far:
+            uniforms["u_moments"] = np.cross(self.position, self.axes.T).T
+        return uniforms
+
+    def depth_uniforms(self) -> dict:
+        """Return the uniforms of depth.glsl for our own textures, those of camera.glsl included."""
+        near, far = self.clip_planes
+        return {**self.camera_uniforms(), "u_clip_planes": (near, min(far, 3e38))}
+
+    def axis_uniforms(self, sun: Sun) -> dict:
+        """Return the planet's shadow axis and cone for one sun, as seen from the camera."""
+        direction = -np.array(sun.direction)
+        return {
+            "u_shadow_axis.direction": direction,
+            "u_shadow_axis.off": np.cross(self.position, direction),
+            "u_shadow_axis.z": self.position @ direction,
+        }
+
+    def shadow_cone(self, sun: Sun) -> Cone:
+        """Return the planet's shadow of one sun in the shape that the quality asks for."""
+        return shadow_cone(self.scene.atmosphere, sun, self.quality.shadow)
+
+    def shadow_uniforms(self, sun: Sun) -> dict:
+        """Return axis and cone of the planet's shadow."""
+        return {**self.axis_uniforms(sun), **cone_uniforms("u_shadow", self.shadow_cone(sun))}

@@ -1,0 +1,56 @@
+"""Pass 5, first half: linearized depths, the cuts of the view path, lit and shadowed widths."""
+
+from shadowatmo.camera import CONVENTIONS
+from shadowatmo.errors import ParameterError
+from shadowatmo.passes.base import RenderPass, depth_test
+from shadowatmo.passes.gl.textures import Target
+
+KINDS_OF_BUFFER = ("standard", "reversed", "logarithmic")  # what a depth attachment can hold
+DEPTH_TEXTURES = ("shadow_back", "shadow_front", "atmosphere_back")
+CONVENTION_DEFINES = {f"CONVENTION_{name.upper()}": number for number, name in enumerate(CONVENTIONS)}
+
+
+class Widths(RenderPass):
+    """Cuts the path of every pixel through the air by the depths of the passes before it, or by closed forms."""
+
+    name = "widths"
+    outputs = ("cuts", "lit_width", "shadow_width", "distance", "class")
+
+    def __init__(self, ctx, size):
+        super().__init__(ctx, size)
+        self.target = self.own(Target(ctx, size, color=("rgba32f", "r32f", "r32f", "r32f"), depth="d32f"))
+
+    def draw(self, view, textures, sun):
+        defines = {**view.defines()}
+        uniforms = {**view.depth_uniforms(), **view.shadow_uniforms(sun)}
+        samplers = {}
+        if view.quality.depth == "textures":
+            defines["HAS_DEPTH_TEXTURES"] = True
+            samplers |= {f"u_{name}": textures[name] for name in DEPTH_TEXTURES}
+        if "planet_depth" in textures:
+            defines["HAS_PLANET_DEPTH"] = True
+            samplers["u_planet_depth"] = textures["planet_depth"]
+        if "host_depth" in textures:
+            depth = view.camera.depth
+            defines |= {"HAS_HOST_DEPTH": True, "CONVENTION": CONVENTIONS.index(depth.kind), **CONVENTION_DEFINES}
+            far = min(depth.far, 3e38)
+            uniforms["u_host_convention"] = (depth.near, far, depth.coefficient, depth.meters_per_unit)
+            samplers["u_host_depth"] = textures["host_depth"]
+        self.target.framebuffer.use()
+        with depth_test(self.ctx, "1"):
+            self.fullscreen("widths.frag", defines, uniforms, samplers)
+        cuts, lit, shadow, distance = self.target.color
+        textures |= {"cuts": cuts, "lit_width": lit, "shadow_width": shadow, "distance": distance}
+        textures["class"] = self.target.depth
+
+
+def check_convention(texture, convention) -> None:
+    """Raise ParameterError where a host's texture cannot hold what its convention says."""
+    if texture.depth and convention.kind not in KINDS_OF_BUFFER:
+        raise ParameterError(
+            "camera.depth",
+            convention.kind,
+            f"one of {', '.join(KINDS_OF_BUFFER)} for a depth-format texture: Camera(depth=DepthConvention('standard', ...))",
+        )
+    if convention.kind == "position" and texture.components < 3:
+        raise ParameterError("depth", f"a texture of {texture.components} components", "3 or 4 for positions")

@@ -1,0 +1,27 @@
+// What the air is made of: two exponential layers and an absorbing tent layer.
+
+uniform vec2 u_scale_height;         // m: molecules, aerosols
+uniform vec3 u_rayleigh_scattering;  // 1/m at altitude 0
+uniform vec3 u_mie_scattering;       // 1/m at altitude 0
+uniform vec3 u_mie_extinction;       // 1/m at altitude 0
+
+#ifdef HAS_OZONE
+uniform vec3 u_ozone_extinction;  // 1/m at the peak
+uniform vec2 u_ozone_layer;       // m: altitude of the peak, half width
+#endif
+
+// Relative densities (molecules, aerosols) at an altitude [m].
+vec2 densities(float altitude) { return exp(-altitude / u_scale_height); }
+
+#ifdef HAS_OZONE
+float ozone_density(float altitude) { return max(0.0, 1.0 - abs(altitude - u_ozone_layer.x) / u_ozone_layer.y); }
+#endif
+
+// Optical depth (3 channels) of columns [m at altitude 0]: molecules, aerosols, and ozone [m at its peak].
+vec3 optical_depth(vec3 columns) {
+  vec3 tau = u_rayleigh_scattering * columns.x + u_mie_extinction * columns.y;
+#ifdef HAS_OZONE
+  tau += u_ozone_extinction * columns.z;
+#endif
+  return tau;
+}

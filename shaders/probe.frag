@@ -1,0 +1,58 @@
+#version 330 core
+// Radiometry and lengths of one ray per fragment, for one sun: the libraries of the composite pass, rays instead of pixels.
+
+#include "segments.glsl"
+#include "phase.glsl"
+#include "shadow.glsl"
+
+uniform sampler2D u_ray;      // x, k, tangent_k, air
+uniform sampler2D u_axis;     // z, dz, across, drift
+uniform sampler2D u_limits;   // impact, rim, t_max from the base point
+uniform vec3 u_ground_albedo;
+uniform Cone u_shadow;  // the planet's, for the parallel sun
+
+layout(location = 0) out vec4 out_transmittance;  // a: t_end from the base point
+layout(location = 1) out vec4 out_single;         // a: 0 miss, 1 top, 2 ground, 3 t_max
+layout(location = 2) out vec4 out_ground;         // a: length in the planet's shadow
+
+void main() {
+  ivec2 texel = ivec2(gl_FragCoord.xy);
+  vec4 a = texelFetch(u_ray, texel, 0);
+  vec4 b = texelFetch(u_axis, texel, 0);
+  vec4 c = texelFetch(u_limits, texel, 0);
+  Ray ray = Ray(a.x, a.y, a.z, 0.0, a.w);
+  AxisRay axis = AxisRay(b.x, b.y, b.z, b.w, c.x, c.y);
+  out_transmittance = vec4(1.0, 1.0, 1.0, 0.0);
+  out_single = vec4(0.0);
+  out_ground = vec4(0.0);
+  if (ray.air < 0.0) return;
+
+  float end = ray.air;
+  float code = 1.0;
+  float ground = ground_distance(ray);
+  if (ground >= 0.0 && ground <= end) {
+    end = ground;
+    code = 2.0;
+  }
+  if (c.z < end) {
+    end = max(c.z, 0.0);
+    code = 3.0;
+  }
+  vec2 shadow = cone_interval(axis, u_shadow, 1.0);
+  float from = clamp(shadow.x, 0.0, end);
+  float to = clamp(shadow.y, from, end);
+
+  vec2 sun = vec2(-axis.z, -axis.dz);
+  Inscatter sum = no_inscatter();
+  add_lit(ray, sun, 0.0, from, sum);
+  pass_gap(ray, from, to, sum);
+  add_lit(ray, sun, to, end, sum);
+  finish_columns(ray, end, sum);
+  vec3 transmittance = exp(-optical_depth(sum.columns));
+  out_transmittance = vec4(transmittance, end);
+  out_single = vec4(apply_phases(sum, sun.y, axis.across), code);
+
+  float height = sun.x + sun.y * end;
+  vec3 direct = u_ground_albedo / PI * max(height, 0.0) / u_bottom_radius * transmittance_to_top(0.0, max(height, 0.0));
+  out_ground = vec4(code == 2.0 ? transmittance * direct : vec3(0.0), to - from);
+}

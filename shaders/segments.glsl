@@ -1,0 +1,144 @@
+// Single scattering over the lit pieces of a ray: Gauss-Legendre quadrature in a sinh map about the tangent point.
+//
+// The integrand over one lit piece is analytic, so that few nodes converge once the shadow edge is an end point and not
+// inside. The map spreads the nodes by the width of the densest layer's bump about the point of the piece nearest to the
+// ground, and optical depth pulls its center towards the camera. The view's own columns at the nodes come from the same
+// densities by the integrals of the Lagrange basis (no fetch). Phases and scattering coefficients are applied last.
+
+#include "phase.glsl"
+#include "transmittance.glsl"
+
+uniform vec2 u_dominant;  // scale height [m] and vertical-path extinction [1/m] of the layer that shapes the piece
+
+const float NODES[NODE_COUNT] = NODE_VALUES;
+const float WEIGHTS[NODE_COUNT] = WEIGHT_VALUES;
+const float CUMULATIVE[NODE_COUNT * NODE_COUNT] = CUMULATIVE_VALUES;
+const float GAP_NODES[GAP_COUNT] = GAP_NODE_VALUES;
+const float GAP_WEIGHTS[GAP_COUNT] = GAP_WEIGHT_VALUES;
+
+struct SinhMap {
+  float center;  // t of the center, m
+  float width;   // m
+  float start;   // u of the piece's near end
+  float span;    // difference of u over the piece
+};
+
+float arsinh(float z) {
+  float magnitude = log(abs(z) + sqrt(z * z + 1.0));
+  return z < 0.0 ? -magnitude : magnitude;
+}
+
+SinhMap make_map(Ray ray, float near, float far) {
+  float scale = u_dominant.x;
+  float lowest = clamp(-ray.x, near, far);
+  float r = u_bottom_radius + altitude_of(k_along(ray, lowest));
+  float bump = sqrt(r * scale);
+  float depth = u_dominant.y * bump * exp(-(r - u_bottom_radius) / scale);
+  SinhMap map;
+  map.center = clamp(-ray.x - 0.45 * bump * log(1.0 + depth), near, far);
+  float slope = (ray.x + lowest) / r;
+  float width = scale * inversesqrt(slope * slope + 0.5 * scale / r);
+  map.width = length(vec2(0.9 * width, 0.5 * (map.center - lowest)));
+  float a = (near - map.center) / map.width;
+  float b = (far - map.center) / map.width;
+  map.start = arsinh(a);
+  // The difference of two nearly equal logarithms loses its digits on a short piece; its derivative does not.
+  float middle = 0.5 * (a + b);
+  map.span = b - a < 0.02 ? (b - a) * inversesqrt(1.0 + middle * middle) : arsinh(b) - map.start;
+  return map;
+}
+
+// t and dt/ds of a node at s in 0..1.
+vec2 map_node(SinhMap map, float s) {
+  float e = exp(map.start + map.span * s);
+  float inverse = 1.0 / e;
+  return vec2(map.center + 0.5 * map.width * (e - inverse), 0.5 * map.width * map.span * (e + inverse));
+}
+
+struct Inscatter {
+  vec3 rayleigh;  // m, integral of density x transmittance to the eye x transmittance to the sun
+  vec3 mie;
+  vec3 columns;  // m, of the air between the base point and where the next piece begins
+};
+
+Inscatter no_inscatter() { return Inscatter(vec3(0.0), vec3(0.0), vec3(0.0)); }
+
+// Columns of a piece that sends no light of its own.
+void pass_gap(Ray ray, float near, float far, inout Inscatter sum) {
+  SinhMap map = make_map(ray, near, far);
+  for (int i = 0; i < GAP_COUNT; ++i) {
+    vec2 node = map_node(map, GAP_NODES[i]);
+    sum.columns.xy += GAP_WEIGHTS[i] * node.y * densities(altitude_of(k_along(ray, node.x)));
+  }
+}
+
+// Inscatter and columns of a lit piece. `sun` = height of the base point above the terminator plane [m] and its
+// derivative along the ray, the cosine nu.
+void add_lit(Ray ray, vec2 sun, float near, float far, inout Inscatter sum) {
+  SinhMap map = make_map(ray, near, far);
+  vec2 steps[NODE_COUNT];
+  float t[NODE_COUNT];
+  for (int i = 0; i < NODE_COUNT; ++i) {
+    vec2 node = map_node(map, NODES[i]);
+    t[i] = node.x;
+    steps[i] = node.y * densities(altitude_of(k_along(ray, node.x)));
+  }
+#ifdef HAS_OZONE
+  vec3 crossings = ozone_crossings(ray.tangent_k);
+  float ozone_start = ozone_to(ray.tangent_k, crossings, ray.x);
+#endif
+  for (int i = 0; i < NODE_COUNT; ++i) {
+    vec3 columns = columns_to_top(k_along(ray, t[i]), sun.x + sun.y * t[i]);
+    columns.xy += sum.columns.xy;
+    for (int j = 0; j < NODE_COUNT; ++j) columns.xy += CUMULATIVE[i * NODE_COUNT + j] * steps[j];
+#ifdef HAS_OZONE
+    columns.z += ozone_to(ray.tangent_k, crossings, ray.x + t[i]) - ozone_start;
+#endif
+    vec3 light = WEIGHTS[i] * exp(-optical_depth(columns));
+    sum.rayleigh += light * steps[i].x;
+    sum.mie += light * steps[i].y;
+  }
+  for (int i = 0; i < NODE_COUNT; ++i) sum.columns.xy += WEIGHTS[i] * steps[i];
+}
+
+// The ozone of the whole path in one go: its column has a closed form, so the pieces need not carry it.
+void finish_columns(Ray ray, float end, inout Inscatter sum) {
+#ifdef HAS_OZONE
+  vec3 crossings = ozone_crossings(ray.tangent_k);
+  sum.columns.z = ozone_to(ray.tangent_k, crossings, ray.x + end) - ozone_to(ray.tangent_k, crossings, ray.x);
+#endif
+}
+
+// Radiance per unit irradiance [1/sr] of the inscatter integrals; across = 1 - nu^2.
+vec3 apply_phases(Inscatter sum, float nu, float across) {
+  return rayleigh_phase(nu) * u_rayleigh_scattering * sum.rayleigh + mie_phase(nu, across) * u_mie_scattering * sum.mie;
+}
+
+struct Scattered {
+  vec3 transmittance;
+  vec3 radiance;  // 1/sr, per unit irradiance
+};
+
+// The whole path of a ray. cuts [m]: near end, where the shadow begins and ends, far end.
+Scattered scatter(Ray ray, vec2 sun, float across, vec4 cuts) {
+  Inscatter sum = no_inscatter();
+#ifdef HAS_SHADOW
+#ifdef HAS_TWO_PIECES
+  add_lit(ray, sun, cuts.x, cuts.y, sum);
+  pass_gap(ray, cuts.y, cuts.z, sum);
+  add_lit(ray, sun, cuts.z, cuts.w, sum);
+#else
+  // One lit piece on either side of the shadow, so its place decides what stands before it.
+  bool shadow_first = cuts.y <= cuts.x;
+  Inscatter gap = no_inscatter();
+  pass_gap(ray, cuts.y, cuts.z, gap);
+  sum.columns = shadow_first ? gap.columns : vec3(0.0);
+  add_lit(ray, sun, shadow_first ? cuts.z : cuts.x, shadow_first ? cuts.w : cuts.y, sum);
+  sum.columns += shadow_first ? vec3(0.0) : gap.columns;
+#endif
+#else
+  add_lit(ray, sun, cuts.x, cuts.w, sum);
+#endif
+  finish_columns(ray, cuts.w, sum);
+  return Scattered(exp(-optical_depth(sum.columns)), apply_phases(sum, sun.y, across));
+}

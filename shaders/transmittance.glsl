@@ -1,0 +1,111 @@
+// Columns of air from a point towards the sun, hence transmittance: the Chapman integral in closed form, or a table.
+//
+// A point and the direction are given by k (ray.glsl) and y = r mu_s = P . s [m], its height above the terminator plane;
+// the sun's ray has its tangent point at k - y^2. The column of a layer of scale height H over an infinite exponential is
+//   C = H exp(-h/H) sqrt(X/2) E(z) (1 + kappa(z)/X),  X = r/H, z = mu_s sqrt(X/2), E = sqrt(pi) exp(z^2) erfc(z),
+// E and kappa by rational fits (TERMS 4: relative error 5e-4, 6: 2e-5 for X above a few hundred). Columns are in metres at
+// altitude 0: x molecules, y aerosols, z ozone (metres at its peak).
+
+#include "medium.glsl"
+#include "ray.glsl"
+
+#ifdef HAS_OZONE
+const float GAUSS_2 = 0.577350269189626;
+
+// Integral of the tent between two distances from the tangent point on one side of a kink; exact while the altitude is a
+// parabola in x, which it is to 1e-6 over any thin layer.
+float ozone_piece(float tangent_k, float from, float to) {
+  float middle = 0.5 * (from + to);
+  float half_width = 0.5 * (to - from);
+  float a = middle - GAUSS_2 * half_width;
+  float b = middle + GAUSS_2 * half_width;
+  float sum = ozone_density(altitude_of(tangent_k + a * a)) + ozone_density(altitude_of(tangent_k + b * b));
+  return half_width * sum;
+}
+
+// Distances from the tangent point at which the tent begins, peaks and ends (or is cut by the top).
+vec3 ozone_crossings(float tangent_k) {
+  vec3 h = clamp(u_ozone_layer.x + u_ozone_layer.y * vec3(-1.0, 0.0, 1.0), 0.0, u_thickness);
+  return sqrt(max(h * (2.0 * u_bottom_radius + h) - tangent_k, 0.0));
+}
+
+// Column from the tangent point out to |x|, with the sign of x.
+float ozone_to(float tangent_k, vec3 crossings, float x) {
+  vec3 c = min(crossings, abs(x));
+  float column = ozone_piece(tangent_k, c.x, c.y) + ozone_piece(tangent_k, c.y, c.z);
+  return x < 0.0 ? -column : column;
+}
+
+float ozone_to_top(float k, float y) {
+  float tangent_k = k - y * y;
+  vec3 crossings = ozone_crossings(tangent_k);
+  return ozone_to(tangent_k, crossings, 1.0e18) - ozone_to(tangent_k, crossings, y);
+}
+#endif
+
+#ifdef HAS_TABLE
+uniform sampler2D u_column_table;  // see table_coordinates
+
+// Bruneton and Neyret 2008, section 4: rows by the distance to the horizon, columns by the distance to the top.
+vec2 table_coordinates(float k, float y) {
+  vec2 size = vec2(textureSize(u_column_table, 0));
+  float rho = safe_sqrt(k);
+  float rho_top = sqrt(u_top_k);
+  float nearest = u_thickness - altitude_of(max(k, 0.0));
+  float to_top = far_root(y, k - u_top_k, safe_sqrt(y * y + u_top_k - k));
+  float u = (to_top - nearest) / max(rho + rho_top - nearest, 1.0e-6);
+  return (vec2(clamp(u, 0.0, 1.0), clamp(rho / rho_top, 0.0, 1.0)) * (size - 1.0) + 0.5) / size;
+}
+
+vec3 columns_to_top(float k, float y) { return texture(u_column_table, table_coordinates(k, y)).xyz; }
+#else
+
+#if TERMS == 6
+vec2 exponential_integral(vec2 z) {
+  vec2 t = 1.0 / (1.0 + 0.460463 * z);
+  return t * (0.4604722 + t * (0.45956096 + t * (0.4267281 + t * (0.22249795 + t * (0.42758318 - 0.22441785 * t)))));
+}
+vec2 curvature(vec2 z) {
+  return (0.375 + z * (0.64674 + 0.43184 * z)) / (1.0 + z * (0.62824 + 0.43184 * z));
+}
+#else
+vec2 exponential_integral(vec2 z) {
+  vec2 t = 1.0 / (1.0 + 0.749563 * z);
+  return t * (0.74999401 + t * (0.72509822 + t * (0.75344855 - 0.4570285 * t)));
+}
+vec2 curvature(vec2 z) { return (0.375 + 1.4714 * z) / (1.0 + 1.4714 * z); }
+#endif
+
+// Columns to infinity of both layers, y >= 0.
+vec2 upward_columns(float altitude, float y) {
+  float r = u_bottom_radius + altitude;
+  vec2 scale = sqrt(2.0 * u_scale_height * r);
+  vec2 z = y / scale;
+  vec2 x = r / u_scale_height;
+  return 0.5 * scale * densities(altitude) * exponential_integral(z) * (1.0 + curvature(z) / x);
+}
+
+vec2 layer_columns(float k, float y) {
+  // A point whose sun is not hidden by the ground has its tangent point above it; elsewhere the clamp keeps the
+  // exponential finite.
+  float lowest = altitude_of(max(k - y * y, -0.5 * u_scale_height.y * u_bottom_radius));
+  vec2 outward = upward_columns(altitude_of(k), abs(y));
+  vec2 columns = y < 0.0 ? 2.0 * upward_columns(lowest, 0.0) - outward : outward;
+#ifdef HAS_TOP
+  float y_top = safe_sqrt(u_top_k - k + y * y);
+  columns -= upward_columns(u_thickness, y_top);
+#endif
+  return max(columns, 0.0);
+}
+
+vec3 columns_to_top(float k, float y) {
+#ifdef HAS_OZONE
+  return vec3(layer_columns(k, y), ozone_to_top(k, y));
+#else
+  return vec3(layer_columns(k, y), 0.0);
+#endif
+}
+#endif
+
+// Transmittance (3 channels) from a point to the top of the air along the sun's direction, the ground ignored.
+vec3 transmittance_to_top(float k, float y) { return exp(-optical_depth(columns_to_top(k, y))); }

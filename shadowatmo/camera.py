@@ -1,0 +1,133 @@
+"""Where the picture is taken from: the pixel rays, and how a host's depth buffer maps to metres along them."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from shadowatmo.errors import ParameterError
+from shadowatmo.validation import choice, instance, number, unit_vector, vector
+
+PARALLEL = 1e-6  # sine of the angle below which `up` no longer says where the top of the picture is
+CONVENTIONS = ("distance", "linear", "standard", "reversed", "logarithmic", "position")
+
+
+@dataclass(frozen=True)
+class DepthConvention:
+    """How the values of a depth texture are to be read.
+
+    Parameters
+    ----------
+    kind : str
+        "distance": metres along the pixel's ray; "linear": eye-space depth along the view axis;
+        "standard": z-buffer in [0, 1] with 0 at `near`; "reversed": z-buffer with 1 at `near`;
+        "logarithmic": log2(1 + c z) / log2(1 + c far), 0 at the eye; "position": camera-relative xyz in the texture.
+    near, far : float
+        Clip planes in the texture's units; `far` may be inf for "standard" and "reversed". The far plane, like inf
+        and nan in the unbounded kinds, means that nothing was drawn there.
+    coefficient : float
+        c of "logarithmic" [1/unit], > 0.
+    meters_per_unit : float
+        Size of the host's unit [m], > 0.
+    """
+
+    kind: str = "distance"
+    near: float = 0.1
+    far: float = math.inf
+    coefficient: float = 1.0
+    meters_per_unit: float = 1.0
+
+    def __post_init__(self):
+        choice("kind", self.kind, CONVENTIONS)
+        object.__setattr__(self, "near", number("near", self.near, low=0, open_low=True, high=1e15))
+        far = self.far if self.far == math.inf else number("far", self.far, low=self.near, open_low=True)
+        if self.kind == "logarithmic" and far == math.inf:
+            raise ParameterError("far", far, f"a finite number above near = {self.near:g} for logarithmic depth")
+        object.__setattr__(self, "far", float(far))
+        for name in ("coefficient", "meters_per_unit"):
+            object.__setattr__(self, name, number(name, getattr(self, name), low=0, open_low=True, high=1e15))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Camera:
+    """A pinhole camera.
+
+    The pixel in column i (from the left) and row j (from the top) of a w x h frame looks along
+    forward + (2(i+.5)/w - 1) (w/h) tan(fov/2) right + (1 - 2(j+.5)/h) tan(fov/2) up, with right = forward x up.
+
+    Parameters
+    ----------
+    position : (3,) float
+        Planet-centered [m].
+    target : (3,) float, optional
+        Point in the middle of the picture [m]. Give either `target` or `forward`.
+    forward : (3,) float, optional
+        Direction of the view axis; normalized here.
+    up : (3,) float
+        Points to the top of the picture; made perpendicular to `forward`. Where it is parallel to `forward` the
+        coordinate axis that is the most perpendicular takes its place.
+    vertical_fov : float
+        Full angle of the picture's height [rad], in (0, pi).
+    depth : DepthConvention
+        How a depth texture handed to `Renderer.compose` is to be read.
+
+    Raises
+    ------
+    ParameterError
+        If a value is not finite or out of range, or if `target` and `forward` are both given or both missing.
+    """
+
+    position: tuple[float, float, float]
+    target: tuple[float, float, float] | None = None
+    forward: tuple[float, float, float] | None = None
+    up: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    vertical_fov: float = math.pi / 3
+    depth: DepthConvention = DepthConvention()
+
+    def __post_init__(self):
+        position = vector("position", self.position, low=-1e15, high=1e15)
+        if (self.target is None) == (self.forward is None):
+            raise ParameterError("target", self.target, "exactly one of target and forward to be given")
+        if self.target is not None:
+            target = vector("target", self.target, low=-1e15, high=1e15)
+            if target == position:
+                raise ParameterError("target", self.target, f"a point other than position = {position}")
+            axis = np.subtract(target, position)
+        else:
+            target, axis = None, self.forward
+        fov = number("vertical_fov", self.vertical_fov, low=0, high=math.pi, open_low=True, open_high=True)
+        instance("depth", self.depth, DepthConvention, "a DepthConvention")
+        values = {
+            "position": position,
+            "target": target,
+            "forward": unit_vector("forward", axis),
+            "up": vector("up", self.up, nonzero=True),
+            "vertical_fov": fov,
+        }
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+    def basis(self) -> np.ndarray:
+        """Return right, up, forward as the rows of a (3, 3) float64 rotation."""
+        forward = np.array(self.forward)
+        up = np.array(unit_vector("up", self.up))
+        right = np.cross(forward, up)
+        if np.linalg.norm(right) < PARALLEL:
+            right = np.cross(forward, np.eye(3)[np.argmin(np.abs(forward))])
+        right /= np.linalg.norm(right)
+        return np.array([right, np.cross(right, forward), forward])
+
+    def tangents(self, size) -> tuple[float, float]:
+        """Return the tangents of the half angles (horizontal, vertical) for a frame of `size` = (width, height)."""
+        vertical = math.tan(self.vertical_fov / 2)
+        return vertical * size[0] / size[1], vertical
+
+    def pixel_rays(self, size) -> np.ndarray:
+        """Return unit directions (height, width, 3) float64 of all pixels of a frame, row 0 at the top."""
+        width, height = size
+        tan_x, tan_y = self.tangents(size)
+        x = (2 * (np.arange(width) + 0.5) / width - 1) * tan_x
+        y = (1 - 2 * (np.arange(height) + 0.5) / height) * tan_y
+        right, up, forward = self.basis()
+        rays = forward + x[None, :, None] * right + y[:, None, None] * up
+        return rays / np.linalg.norm(rays, axis=-1, keepdims=True)
