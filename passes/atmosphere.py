@@ -17,6 +17,7 @@ from shadowatmo.passes.constants import (
     transmittance_defines,
 )
 from shadowatmo.passes.gl.textures import Target
+from shadowatmo.passes.transmittance import table_samplers
 
 # by class: no air, one lit piece, one lit piece and a shadow, a shadow between two lit pieces
 CLASS_FEATURES = (
@@ -53,17 +54,18 @@ class AtmosphereComposite(RenderPass):
             samplers["u_distance"] = textures["distance"]
             uniforms |= sun_disc_uniforms(view, sun)
         method_defines, method_uniforms = METHODS[view.quality.method](view)
+        method_samplers = table_samplers(method_uniforms, textures)
         if not first:
             self.ctx.enable(moderngl.BLEND)
             self.ctx.blend_func = moderngl.ONE, moderngl.ONE, moderngl.ZERO, moderngl.ONE
         with depth_test(self.ctx, "=="):
             for number, features in enumerate(CLASS_FEATURES):
-                extra = (method_defines, method_uniforms) if features else ({}, {})
+                air = (method_defines, method_uniforms, method_samplers) if features else ({}, {}, {})
                 self.fullscreen(
                     "atmosphere.frag",
-                    {**defines, **features, **extra[0]},
-                    {**uniforms, **extra[1], "u_class": number},
-                    samplers,
+                    {**defines, **features, **air[0]},
+                    {**uniforms, **air[1], "u_class": number},
+                    {**samplers, **air[2]},
                     vertex="class.vert",
                 )
         self.ctx.disable(moderngl.BLEND)

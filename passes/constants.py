@@ -4,6 +4,7 @@ import numpy as np
 
 from shadowatmo.quadrature import cumulative_matrix, gauss_legendre
 from shadowatmo.ray import k_of
+from shadowatmo.segments import dominant_layer
 from shadowatmo.shadow import cylinder, umbra_cone
 
 TOP_DENSITY = 1e-5  # relative density at the top above which the closed form subtracts the column beyond it
@@ -33,15 +34,6 @@ def medium_uniforms(atmosphere) -> dict:
     return uniforms
 
 
-def dominant_layer(atmosphere) -> tuple[float, float]:
-    """Return scale height [m] and extinction [1/m] of the layer with the largest vertical optical depth."""
-    layers = [
-        (atmosphere.rayleigh_scale_height, max(atmosphere.rayleigh_scattering)),
-        (atmosphere.mie_scale_height, max(atmosphere.mie_extinction)),
-    ]
-    return max(layers, key=lambda layer: layer[0] * layer[1])
-
-
 def segment_uniforms(atmosphere) -> dict:
     """Return the uniforms that segments.glsl and phase.glsl add."""
     return {"u_dominant": dominant_layer(atmosphere), "u_mie_g": atmosphere.mie_g}
@@ -55,7 +47,7 @@ def medium_defines(atmosphere) -> dict:
 def transmittance_defines(atmosphere, quality) -> dict:
     """Return the features of transmittance.glsl that a quality asks for."""
     if quality.transmittance == "table":
-        return {"HAS_TABLE": True}
+        return {"HAS_TABLE": True, "HAS_TABLE_MAPPING": True}
     scale_height = max(atmosphere.rayleigh_scale_height, atmosphere.mie_scale_height)
     dense_top = np.exp(-atmosphere.thickness / scale_height) > TOP_DENSITY
     return {"TERMS": quality.terms, **({"HAS_TOP": True} if dense_top and quality.terms == 6 else {})}

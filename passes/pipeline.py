@@ -14,7 +14,9 @@ from shadowatmo.passes.planet import Planet
 from shadowatmo.passes.planning import make_plan
 from shadowatmo.passes.shadow_back_depth import ShadowBackDepth
 from shadowatmo.passes.shadow_front_depth import ShadowFrontDepth
+from shadowatmo.passes.sky_irradiance import SkyIrradiance
 from shadowatmo.passes.tonemap import Tonemap
+from shadowatmo.passes.transmittance import TransmittanceTable
 from shadowatmo.passes.view import View
 from shadowatmo.passes.widths import Widths, check_convention
 from shadowatmo.plan import Plan
@@ -75,6 +77,8 @@ class Renderer:
     def _make_passes(self):
         depth_format = "d32f" if self.quality.depth_bits == 32 else "d24"
         makers = {
+            "transmittance": lambda: TransmittanceTable(self.ctx),
+            "sky_irradiance": lambda: SkyIrradiance(self.ctx),
             "shadow_back_depth": lambda: ShadowBackDepth(self.ctx, self.size, depth_format),
             "shadow_front_depth": lambda: ShadowFrontDepth(self.ctx, self.size, depth_format),
             "planet": lambda: Planet(self.ctx, self.size, depth_format, self.scene.surface),
@@ -157,6 +161,9 @@ class Renderer:
     def _run(self, view, textures) -> dict:
         """Draw all passes of a view and return every texture by name."""
         composed = "host_depth" in textures
+        for name in ("transmittance", "sky_irradiance"):
+            if name in self._passes:
+                self._passes[name].draw(self.scene.atmosphere, textures)
         if "planet" in self._passes and not composed:
             self._passes["planet"].draw(view, textures)
             textures["background"] = textures["planet_color"]

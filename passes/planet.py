@@ -9,7 +9,9 @@ from shadowatmo.passes.base import RenderPass, depth_test
 from shadowatmo.passes.constants import medium_defines, medium_uniforms, transmittance_defines
 from shadowatmo.passes.gl.shader import bind_textures, build_program, set_uniforms
 from shadowatmo.passes.gl.textures import Target
+from shadowatmo.passes.sky_irradiance import irradiance_mapping
 from shadowatmo.passes.surface_maps import SurfaceMaps
+from shadowatmo.passes.transmittance import table_samplers
 
 RINGS, SPOKES = 256, 384
 FIRST_RING = 0.5  # m from the point below the camera, or a thousandth of the altitude
@@ -34,7 +36,7 @@ class Planet(RenderPass):
         framebuffer.use()
         framebuffer.clear(depth=0.0 if self.reversed else 1.0)
         with depth_test(self.ctx, ">" if self.reversed else "<"):
-            defines, uniforms, maps = self._shading(view)
+            defines, uniforms, maps = self._shading(view, textures)
             uniforms |= {"u_camera_up": view.up, "u_camera_radius": view.radius}
             self.fullscreen("planet.frag", defines, uniforms, maps)
             if self.shows_relief(view):
@@ -45,7 +47,7 @@ class Planet(RenderPass):
         """Whether the displaced relief is drawn for a view."""
         return self.maps is not None and self.maps.relief is not None and view.altitude < RELIEF_CEILING
 
-    def _shading(self, view):
+    def _shading(self, view, textures):
         """Return defines, uniforms and textures of the lit surface."""
         scene = view.scene
         sun = scene.suns[0]
@@ -60,8 +62,10 @@ class Planet(RenderPass):
             "u_irradiance": sun.irradiance,
             "u_ground_albedo": scene.atmosphere.ground_albedo,
             "u_pixel_angle": view.pixel_angle,
+            **irradiance_mapping(scene.atmosphere),
         }
-        return defines, uniforms, self.maps.textures()
+        samplers = {**self.maps.textures(), "u_sky_irradiance": textures["sky_irradiance"]}
+        return defines, uniforms, samplers | table_samplers(uniforms, textures)
 
     def _draw_relief(self, view, defines, uniforms, maps):
         """Draw the polar grid below the camera, out to where the highest relief sinks behind the horizon."""
@@ -84,7 +88,10 @@ class Planet(RenderPass):
         program = build_program(self.ctx, "terrain.frag", vertex="terrain.vert", defines=defines)
         set_uniforms(program, {n: v for n, v in uniforms.items() if n not in ("u_camera_up", "u_camera_radius")})
         bind_textures(program, maps)
+        self.ctx.enable(moderngl.CULL_FACE)  # seen from below, the relief would hide the sky of a camera inside it
+        self.ctx.cull_face = "back"
         self._relief_array(program).render(moderngl.TRIANGLES)
+        self.ctx.disable(moderngl.CULL_FACE)
 
     def _relief_array(self, program):
         """Return the grid bound to a program; made once."""

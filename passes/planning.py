@@ -5,7 +5,9 @@ from shadowatmo.passes.atmosphere_back_depth import AtmosphereBackDepth
 from shadowatmo.passes.planet import Planet
 from shadowatmo.passes.shadow_back_depth import ShadowBackDepth
 from shadowatmo.passes.shadow_front_depth import ShadowFrontDepth
+from shadowatmo.passes.sky_irradiance import SkyIrradiance
 from shadowatmo.passes.tonemap import Tonemap
+from shadowatmo.passes.transmittance import TransmittanceTable
 from shadowatmo.passes.widths import DEPTH_TEXTURES, Widths
 from shadowatmo.plan import Plan, Step
 
@@ -19,6 +21,9 @@ def make_plan(scene, quality) -> Plan:
         step = Step(render_pass.name, reason if wanted else otherwise, inputs or render_pass.inputs, render_pass.outputs)
         (steps if wanted else left_out).append(step)
 
+    table = quality.transmittance == "table" and quality.method == "segments"
+    add(table, TransmittanceTable, "columns come from a table (transmittance='table'), made once", "columns have a closed form")
+    add(scene.surface is not None, SkyIrradiance, "the surface also reflects skylight; made once", "there is no surface to light")
     solved = "the shadow's distances are solved per pixel (depth='analytic')"
     add(textured, ShadowBackDepth, f"the far side of the planet's shadow ({shape}) ends the dark part of a ray", solved)
     add(textured, ShadowFrontDepth, f"the near side of the planet's shadow ({shape}) begins the dark part", solved)

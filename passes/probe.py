@@ -19,6 +19,7 @@ from shadowatmo.passes.constants import (
 from shadowatmo.passes.gl.shader import Fullscreen, bind_textures, build_program, set_uniforms
 from shadowatmo.passes.gl.state import preserve_state
 from shadowatmo.passes.gl.textures import Target
+from shadowatmo.passes.transmittance import TransmittanceTable, table_samplers
 from shadowatmo.quality import as_quality
 from shadowatmo.ray import ray_from_points
 from shadowatmo.rays import ProbeResult, Rays
@@ -72,10 +73,14 @@ class _Probe:
         self.ray = ray_from_points(scene.atmosphere, rays.origins, rays.directions)
         self.base = rays.origins + self.ray.start[:, None] * rays.directions
         self.hit = self.ray.air >= 0.0
-        self.textures = []
+        self.textures, self.tables = [], {}
 
     def run(self) -> ProbeResult:
+        table = None
         try:
+            if self.quality.transmittance == "table":
+                table = TransmittanceTable(self.ctx)
+                table.draw(self.scene.atmosphere, self.tables)
             radiometry = [self._radiometry(sun) for sun in self.scene.suns]
             ends, first = radiometry[0][1], radiometry[0]
             end_distance = first[0][:, 3].astype(np.float64)
@@ -83,8 +88,8 @@ class _Probe:
             planet = self._lengths(end_distance, np.zeros(3), self.scene.atmosphere.bottom_radius)
             moons = [self._lengths(end_distance, np.array(o.center), o.radius) for o in self.scene.occluders]
         finally:
-            for texture in self.textures:
-                texture.release()
+            for resource in (*self.textures, *([table] if table else [])):
+                resource.release()
         moons = np.stack(moons, axis=1) if moons else np.zeros((self.count, 0, 3))
         irradiance = [np.array(sun.irradiance) for sun in self.scene.suns]
         nowhere = np.where(self.hit, 0.0, np.nan)
@@ -146,6 +151,7 @@ class _Probe:
         uniforms |= cone_uniforms("u_shadow", shadow.cylinder(atmosphere.bottom_radius))
         textures = {"u_ray": self._texture(ray.x, ray.k, ray.tangent_k, ray.air)}
         textures |= self._axis_textures(axis, self.rays.t_max - ray.start)
+        textures |= table_samplers(uniforms, self.tables)
         return self._draw("probe.frag", defines, uniforms, textures, 3)
 
     def _lengths(self, end_distance, center, radius):

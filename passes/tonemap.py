@@ -7,8 +7,9 @@ from shadowatmo.passes.base import RenderPass
 from shadowatmo.passes.gl.textures import Target
 from shadowatmo.validation import number
 
-MIDDLE = 0.6  # display-linear value that the reference level of an automatic exposure comes to
-REFERENCE_PERCENTILE = 90.0
+MIDDLE = 0.5  # display-linear value that the reference level of an automatic exposure comes to
+GLARE_PERCENTILE, REFERENCE_PERCENTILE = 99.0, 85.0
+DARKEST = 1e-3  # of the glare level: what is darker than that does not count as part of the picture
 
 
 class Tonemap(RenderPass):
@@ -31,13 +32,14 @@ class Tonemap(RenderPass):
 def automatic_exposure(radiance) -> float:
     """Return the exposure that brings the bright part of a picture (h, w, 3) to a comfortable level.
 
-    The level is a high percentile of the luminance of what is not black, so that neither black space nor the sun's disc
-    decides it.
+    The level is a high percentile of the luminance of what is neither black nor glaring, so that neither space nor the
+    sun's disc decides it.
     """
     luminance = np.asarray(radiance, np.float64) @ (0.2126, 0.7152, 0.0722)
-    visible = luminance[luminance > 1e-4 * luminance.max(initial=0.0)]
-    if visible.size == 0:
+    shining = luminance[luminance > 0.0]
+    if shining.size == 0:
         return 1.0
+    visible = shining[shining > DARKEST * np.percentile(shining, GLARE_PERCENTILE)]
     return float(-np.log1p(-MIDDLE) / np.percentile(visible, REFERENCE_PERCENTILE))
 
 

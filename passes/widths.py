@@ -1,6 +1,6 @@
 """Pass 5, first half: linearized depths, the cuts of the view path, lit and shadowed widths."""
 
-from shadowatmo.camera import CONVENTIONS
+from shadowatmo.depth import CONVENTIONS
 from shadowatmo.errors import ParameterError
 from shadowatmo.passes.base import RenderPass, depth_test
 from shadowatmo.passes.gl.textures import Target

@@ -10,8 +10,8 @@ uniform vec3 u_ozone_extinction;  // 1/m at the peak
 uniform vec2 u_ozone_layer;       // m: altitude of the peak, half width
 #endif
 
-// Relative densities (molecules, aerosols) at an altitude [m].
-vec2 densities(float altitude) { return exp(-altitude / u_scale_height); }
+// Relative densities (molecules, aerosols) at an altitude [m]; below the ground they stay what they are on it.
+vec2 densities(float altitude) { return exp(-max(altitude, 0.0) / u_scale_height); }
 
 #ifdef HAS_OZONE
 float ozone_density(float altitude) { return max(0.0, 1.0 - abs(altitude - u_ozone_layer.x) / u_ozone_layer.y); }

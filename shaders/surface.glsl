@@ -3,6 +3,7 @@
 #include "transmittance.glsl"
 #include "phase.glsl"
 #include "camera.glsl"
+#include "sky_irradiance.glsl"
 
 uniform Axis u_shadow_axis;
 uniform vec3 u_irradiance;
@@ -13,6 +14,7 @@ uniform sampler2D u_color_map;
 #ifdef HAS_RELIEF
 uniform sampler2D u_relief_map;  // slope to the east, slope to the north, altitude [m]
 #endif
+uniform sampler2D u_sky_irradiance;
 uniform float u_pixel_angle;  // rad, of a pixel in the middle of the frame
 
 // Equirectangular coordinates of a point by its unit direction: 180 W at u = 0, the north pole at v = 1.
@@ -73,5 +75,8 @@ vec3 ground_radiance(vec3 up, float altitude, float distance, float slant) {
   float k = altitude * (2.0 * u_bottom_radius + altitude);
   bool hidden = height < 0.0 && k < height * height;
   vec3 light = hidden ? vec3(0.0) : max(dot(normal, sun), 0.0) * transmittance_to_top(k, height);
+  // A slope sees the part of the sky above it; its light is taken as even over the sky.
+  vec3 sky = texture(u_sky_irradiance, vec2(irradiance_coordinate(dot(up, sun)), 0.5)).rgb;
+  light += 0.5 * (1.0 + dot(normal, up)) * sky;
   return u_irradiance * albedo / PI * light;
 }

@@ -39,23 +39,40 @@ float ozone_to(float tangent_k, vec3 crossings, float x) {
 float ozone_to_top(float k, float y) {
   float tangent_k = k - y * y;
   vec3 crossings = ozone_crossings(tangent_k);
-  return ozone_to(tangent_k, crossings, 1.0e18) - ozone_to(tangent_k, crossings, y);
+  return max(ozone_to(tangent_k, crossings, 1.0e18) - ozone_to(tangent_k, crossings, y), 0.0);
 }
 #endif
 
-#ifdef HAS_TABLE
-uniform sampler2D u_column_table;  // see table_coordinates
+#ifdef HAS_TABLE_MAPPING
+// Bruneton and Neyret 2008, section 4: rows by the distance to the horizon, columns by the distance to the top. Every
+// texel is a ray that does not meet the ground.
+uniform vec2 u_table_size;
 
-// Bruneton and Neyret 2008, section 4: rows by the distance to the horizon, columns by the distance to the top.
 vec2 table_coordinates(float k, float y) {
-  vec2 size = vec2(textureSize(u_column_table, 0));
   float rho = safe_sqrt(k);
   float rho_top = sqrt(u_top_k);
   float nearest = u_thickness - altitude_of(max(k, 0.0));
   float to_top = far_root(y, k - u_top_k, safe_sqrt(y * y + u_top_k - k));
-  float u = (to_top - nearest) / max(rho + rho_top - nearest, 1.0e-6);
-  return (vec2(clamp(u, 0.0, 1.0), clamp(rho / rho_top, 0.0, 1.0)) * (size - 1.0) + 0.5) / size;
+  vec2 unit = vec2((to_top - nearest) / max(rho + rho_top - nearest, 1.0e-6 * rho_top), rho / rho_top);
+  return (clamp(unit, 0.0, 1.0) * (u_table_size - 1.0) + 0.5) / u_table_size;
 }
+
+// The inverse at the center of a texel: k and y.
+vec2 table_point(vec2 texel) {
+  vec2 unit = (texel - 0.5) / (u_table_size - 1.0);
+  float rho_top = sqrt(u_top_k);
+  float rho = unit.y * rho_top;
+  float k = rho * rho;
+  float nearest = u_thickness - altitude_of(k);
+  float to_top = nearest + unit.x * (rho + rho_top - nearest);
+  // to_top is the root of d^2 + 2 y d + k - top_k = 0; at the top itself, looking up, it is 0 and so must y be large
+  float y = (u_top_k - k - to_top * to_top) / max(2.0 * to_top, 1.0e-6 * rho_top);
+  return vec2(k, clamp(y, -rho, u_bottom_radius + altitude_of(k)));
+}
+#endif
+
+#ifdef HAS_TABLE
+uniform sampler2D u_column_table;
 
 vec3 columns_to_top(float k, float y) { return texture(u_column_table, table_coordinates(k, y)).xyz; }
 #else

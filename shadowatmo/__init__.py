@@ -11,7 +11,8 @@ _root = Path(__file__).resolve().parent.parent  # a checkout has passes/ and sha
 if (_root / "pyproject.toml").is_file() and (_root / "passes").is_dir():
     __path__.insert(0, str(_root))
 
-from shadowatmo.camera import Camera, DepthConvention  # noqa: E402  (the path above must stand first)
+from shadowatmo.camera import Camera  # noqa: E402  (the path above must stand first)
+from shadowatmo.depth import DepthConvention  # noqa: E402
 from shadowatmo.errors import ContextError, ParameterError, PassError, ShaderError, ShadowAtmoError  # noqa: E402
 from shadowatmo.parameters import Atmosphere, Occluder, Sun, TentLayer  # noqa: E402
 from shadowatmo.presets import EARTH, MARS  # noqa: E402

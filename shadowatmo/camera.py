@@ -1,51 +1,15 @@
-"""Where the picture is taken from: the pixel rays, and how a host's depth buffer maps to metres along them."""
+"""Where the picture is taken from, and the rays of its pixels."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from shadowatmo.depth import DepthConvention
 from shadowatmo.errors import ParameterError
-from shadowatmo.validation import choice, instance, number, unit_vector, vector
+from shadowatmo.validation import instance, number, unit_vector, vector
 
 PARALLEL = 1e-6  # sine of the angle below which `up` no longer says where the top of the picture is
-CONVENTIONS = ("distance", "linear", "standard", "reversed", "logarithmic", "position")
-
-
-@dataclass(frozen=True)
-class DepthConvention:
-    """How the values of a depth texture are to be read.
-
-    Parameters
-    ----------
-    kind : str
-        "distance": metres along the pixel's ray; "linear": eye-space depth along the view axis;
-        "standard": z-buffer in [0, 1] with 0 at `near`; "reversed": z-buffer with 1 at `near`;
-        "logarithmic": log2(1 + c z) / log2(1 + c far), 0 at the eye; "position": camera-relative xyz in the texture.
-    near, far : float
-        Clip planes in the texture's units; `far` may be inf for "standard" and "reversed". The far plane, like inf
-        and nan in the unbounded kinds, means that nothing was drawn there.
-    coefficient : float
-        c of "logarithmic" [1/unit], > 0.
-    meters_per_unit : float
-        Size of the host's unit [m], > 0.
-    """
-
-    kind: str = "distance"
-    near: float = 0.1
-    far: float = math.inf
-    coefficient: float = 1.0
-    meters_per_unit: float = 1.0
-
-    def __post_init__(self):
-        choice("kind", self.kind, CONVENTIONS)
-        object.__setattr__(self, "near", number("near", self.near, low=0, open_low=True, high=1e15))
-        far = self.far if self.far == math.inf else number("far", self.far, low=self.near, open_low=True)
-        if self.kind == "logarithmic" and far == math.inf:
-            raise ParameterError("far", far, f"a finite number above near = {self.near:g} for logarithmic depth")
-        object.__setattr__(self, "far", float(far))
-        for name in ("coefficient", "meters_per_unit"):
-            object.__setattr__(self, name, number(name, getattr(self, name), low=0, open_low=True, high=1e15))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,12 +1,13 @@
 """How much of the sun is to be seen past the moons: limb-darkened discs that overlap.
 
-Sun and occluder are taken for planar discs whose radii and distance are the angles that they have in the sky. The
-light that one disc hides is an integral over the overlap; Green's theorem turns it into integrals along the two arcs
-that bound it (Pal 2008, MNRAS 390, 281; Agol et al. 2020, AJ 159, 123), which are smooth but for a 3/2 power at their
-ends. Several occluders may overlap on the disc, so the light that they hide together is integrated ring by ring.
+Sun and occluder are taken for planar discs whose radii and distance are the angles that they have in the sky.
+The light that one disc hides is an integral over the overlap; Green's theorem turns it into integrals along
+the two arcs that bound it (Pal 2008, MNRAS 390, 281; Agol et al. 2020, AJ 159, 123), which are smooth but for
+a 3/2 power at their ends. Several occluders may overlap on the disc, so the light that they hide together is
+integrated ring by ring.
 
-Lengths on the disc are in units of the sun's radius: k the radius of the occluder, delta the distance of the centers.
-Intensity: I(r) = 1 - u (1 - sqrt(1 - r^2)).
+Lengths on the disc are in units of the sun's radius: k the radius of the occluder, delta the distance of the
+centers. Intensity: I(r) = 1 - u (1 - sqrt(1 - r^2)).
 """
 
 import numpy as np
@@ -20,6 +21,7 @@ from shadowatmo.scene import Scene
 ARC_NODES = 40  # error below 1e-8 of the sun's light, worst at grazing contacts
 RING_NODES = 24  # per piece between kinks
 _CHUNK = 4096
+_AWAY = 1e9  # finite distance that stands for an occluder behind the sun
 
 
 def sun_visibility(scene: Scene, points) -> np.ndarray:
@@ -78,7 +80,7 @@ def joint_visibility(points, sun: Sun, occluders) -> np.ndarray:
 
 
 def disc_visibility(k, delta, u, nodes: int = ARC_NODES) -> np.ndarray:
-    """Return the fraction of the light of a unit disc that a disc of radius `k` at the distance `delta` leaves.
+    """Return the fraction of a unit disc's light that a disc of radius `k` at the distance `delta` leaves.
 
     Parameters
     ----------
@@ -119,7 +121,7 @@ def _sky(points, sun, occluder):
 
 
 def _arc_visibility(k, delta, u, nodes):
-    """The fraction for discs whose limbs cross, or with the occluder wholly in front of the sun; 1-D arrays."""
+    """The fraction where the limbs cross, or the occluder is wholly in front of the sun; 1-D arrays."""
     outside = (delta + k - 1.0) * (delta + k + 1.0)
     within = (1.0 - delta + k) * (1.0 + delta - k)
     whole = outside <= 0.0
@@ -132,7 +134,7 @@ def _arc_visibility(k, delta, u, nodes):
     hidden = np.where(whole, 0.0, 2.0 * np.arctan(np.sqrt(limb / rest)))
 
     points, weights = unit_gauss(nodes)
-    stretch = np.sin(0.5 * np.pi * points)  # gathers nodes at the arc's end, where the integrand has a 3/2 power
+    stretch = np.sin(0.5 * np.pi * points)  # gathers nodes at the arc's end, at the 3/2 power
     weights = weights * 0.5 * np.pi * np.cos(0.5 * np.pi * points)
     sine = np.sin(0.5 * half[:, None] * stretch) ** 2
     k, delta = k[:, None], delta[:, None]
@@ -163,9 +165,10 @@ def _position_angles(points, sun, toward):
 
 
 def _ring_visibility(k, delta, angle, u):
-    """Integrate the light outside the union of M discs over rings around the sun's center; all arrays (N, M)."""
-    edges = np.concatenate([np.zeros((len(k), 1)), np.abs(k - delta), k + delta, _mutual_radii(k, delta, angle)], 1)
-    edges = np.sort(np.concatenate([np.minimum(edges, 1.0), np.ones((len(k), 1))], axis=1), axis=1)
+    """Integrate the light outside the union of M discs over rings of the sun's disc; arrays (N, M)."""
+    delta = np.minimum(delta, _AWAY)
+    kinks = np.concatenate([np.abs(k - delta), k + delta, _mutual_radii(k, delta, angle)], axis=1)
+    edges = np.sort(np.pad(np.minimum(kinks, 1.0), ((0, 0), (1, 1)), constant_values=(0.0, 1.0)), axis=1)
     points, weights = unit_gauss(RING_NODES)
     clustered = np.sin(0.5 * np.pi * points) ** 2  # square roots at both ends of a piece
     weights = weights * np.pi * np.sin(0.5 * np.pi * points) * np.cos(0.5 * np.pi * points)
@@ -174,7 +177,7 @@ def _ring_visibility(k, delta, angle, u):
     weight = (width[:, :, None] * weights).reshape(len(k), -1)
 
     cosine = (r[:, None] ** 2 + ((delta - k) * (delta + k))[:, :, None]) / (
-        2.0 * np.maximum(r[:, None] * delta[:, :, None], np.finfo(float).tiny)
+        2.0 * np.maximum(r[:, None] * delta[:, :, None], 1e-200)
     )
     half = np.arccos(np.clip(cosine, -1.0, 1.0))
     intensity = 1.0 - u * (1.0 - np.sqrt((1.0 - r) * (1.0 + r)))
@@ -183,13 +186,13 @@ def _ring_visibility(k, delta, angle, u):
 
 
 def _mutual_radii(k, delta, angle):
-    """Return the distances (N, M (M - 1)) from the sun's center of the points where two occluders' limbs cross."""
+    """Return how far from the sun's center (N, M (M - 1)) two occluders' limbs cross."""
     x, y = delta * np.cos(angle), delta * np.sin(angle)
     radii = []
     for i in range(k.shape[1]):
         for j in range(i):
             dx, dy = x[:, j] - x[:, i], y[:, j] - y[:, i]
-            apart = np.maximum(np.hypot(dx, dy), np.finfo(float).tiny)
+            apart = np.maximum(np.hypot(dx, dy), 1e-12)  # concentric limbs do not cross
             along = (apart + (k[:, i] - k[:, j]) / apart * (k[:, i] + k[:, j])) / 2.0
             across = np.sqrt(np.maximum((k[:, i] - along) * (k[:, i] + along), 0.0))
             ux, uy = dx / apart, dy / apart
@@ -200,7 +203,7 @@ def _mutual_radii(k, delta, angle):
 
 
 def _union(first, last):
-    """Return the length of the union of arcs [first, last] (N, M, Q) of a circle, each at most a full turn."""
+    """Return the length of the union of M arcs [first, last] (N, M, Q), each at most a full turn."""
     start = np.mod(first, 2.0 * np.pi)
     stop = start + (last - first)
     # An arc that passes the full turn goes on from 0.

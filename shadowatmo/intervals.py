@@ -1,18 +1,20 @@
 """Where a ray is in the air, and where in a shadow, as intervals along it.
 
-A ray is first cut to its segment in the air and re-anchored: at its origin if that lies inside the air, else where it
-enters. Everything else is measured from the anchor, s = t - t_in. From 1e11 m away the coordinates of the origin still
-fix the segment to a fraction of a millimeter, provided that the impact vector comes from a cross product and the
-products are summed with their rounding errors (Ogita, Rump and Oishi 2005, algorithm Dot2). Roots come from the form
-of the quadratic formula that does not cancel, discriminants as a difference of two lengths times their sum.
+A ray is first cut to its segment in the air and re-anchored: at its origin if that lies inside the air, else
+where it enters. Everything else is measured from the anchor, s = t - t_in. From 1e11 m away the coordinates
+of the origin still fix the segment to a fraction of a millimeter, provided that the impact vector comes from
+a cross product and the products are summed with their rounding errors (Ogita, Rump and Oishi 2005, algorithm
+Dot2). Roots come from the form of the quadratic formula that does not cancel, discriminants as a difference
+of two lengths times their sum.
 
-Intervals are pairs (s0, s1) of (N,) arrays with 0 <= s0 <= s1 <= length, free of nan; an empty one has s0 = s1.
+Intervals are pairs (s0, s1) of (N,) arrays with 0 <= s0 <= s1 <= length, free of nan; an empty one has s0 =
+s1.
 
 A sphere of radius R and a sun of radius Rs at the distance D have an umbra cone of half-angle phi, sin phi =
-(Rs - R)/D, and an outer cone, sin psi = (Rs + R)/D. With w = x - center, z along the axis away from the sun and rho
-across it, x is within the double cone where rho cos phi <= |R - z sin phi|: the nappe R - z sin phi >= 0 is the umbra,
-the other one the antumbra, both beyond the plane of the tangent circle z = R sin phi. The outer cone is the same with
--sin psi for sin phi; so is an umbra that widens because R > Rs.
+(Rs - R)/D, and an outer cone, sin psi = (Rs + R)/D. With w = x - center, z along the axis away from the sun
+and rho across it, x is within the double cone where rho cos phi <= |R - z sin phi|: the nappe R - z sin phi
+>= 0 is the umbra, the other one the antumbra, both beyond the plane of the tangent circle z = R sin phi. The
+outer cone is the same with -sin psi for sin phi; so is an umbra that widens because R > Rs.
 """
 
 from dataclasses import dataclass
@@ -62,7 +64,7 @@ class Segments:
         return len(self.length)
 
     def points(self, s, index=slice(None)) -> np.ndarray:
-        """Return the points (N, ..., 3) at the distances `s` (N, ...) from the anchors of the rays in `index`."""
+        """Return the points (N, ..., 3) at the distances `s` (N, ...) from the anchors of rays `index`."""
         extra = (slice(None), *(None,) * (np.ndim(s) - 1))
         return self.anchor[index][extra] + s[..., None] * self.direction[index][extra]
 
@@ -71,13 +73,13 @@ class Segments:
         return altitude_from_power(radius, self.power_at(s, index))
 
     def power_at(self, s, index=slice(None)) -> np.ndarray:
-        """Return |x|^2 - Rb^2 (N, ...) at the distances `s` (N, ...) from the anchors of the rays in `index`."""
+        """Return |x|^2 - Rb^2 (N, ...) at the distances `s` (N, ...) from the anchors of rays `index`."""
         extra = (slice(None), *(None,) * (np.ndim(s) - 1))
         return self.power[index][extra] + s * (s + 2.0 * self.slope[index][extra])
 
 
 class Cones(NamedTuple):
-    """Intervals of the rays inside the shadow cones of a sphere; the umbra is part of `outer`, so is the antumbra."""
+    """Intervals inside the shadow cones of a sphere; umbra and antumbra are part of `outer`."""
 
     umbra: Interval
     antumbra: Interval
@@ -87,8 +89,8 @@ class Cones(NamedTuple):
 def trace(atmosphere: Atmosphere, rays: Rays) -> Segments:
     """Return the segments of `rays` in the air.
 
-    An origin on or below the ground ends at once, at length 0, where the ray looks down, and starts there where the
-    ray looks up.
+    An origin on or below the ground ends at once, at length 0, where the ray looks down, and starts there
+    where the ray looks up.
     """
     bottom, top = atmosphere.bottom_radius, atmosphere.top_radius
     origin, direction = rays.origins, rays.directions
@@ -110,7 +112,9 @@ def trace(atmosphere: Atmosphere, rays: Rays) -> Segments:
     shell = (top - bottom) * (top + bottom)
     with np.errstate(invalid="ignore", divide="ignore"):
         to_top = np.where(inside, t_out, 2.0 * half_out)
-        to_ground = np.where(inside, ground, np.where(np.isinf(ground), np.inf, shell / (half_out + half_ground)))
+        to_ground = np.where(
+            inside, ground, np.where(np.isinf(ground), np.inf, shell / (half_out + half_ground))
+        )
     to_limit = np.where(inside, rays.t_max, np.maximum(rays.t_max + slope + half_out, 0.0))
     length = np.minimum(np.minimum(to_top, to_ground), to_limit)
     end = np.where(length == to_limit, "t_max", "top")
@@ -134,8 +138,13 @@ def trace(atmosphere: Atmosphere, rays: Rays) -> Segments:
     )
 
 
-def sphere_crossings(segments: Segments, bottom_radius: float, altitude: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the two distances (N,) at which the lines cross `altitude` [m], clipped to the segments; the ends if none."""
+def sphere_crossings(
+    segments: Segments, bottom_radius: float, altitude: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the two distances (N,) at which the lines cross `altitude` [m], clipped to the segments.
+
+    A line that does not reach it gives its tangent point twice.
+    """
     power = altitude * (2.0 * bottom_radius + altitude) - segments.power
     half = np.sqrt(np.maximum(segments.slope**2 + power, 0.0))
     first, second = -segments.slope - half, -segments.slope + half
@@ -143,13 +152,15 @@ def sphere_crossings(segments: Segments, bottom_radius: float, altitude: float) 
 
 
 def planet_shadow(segments: Segments, bottom_radius: float, sun_direction) -> Interval:
-    """Return the interval in the planet's parallel-sun shadow: behind it, and closer to the axis than its radius."""
+    """Return the interval in the planet's parallel-sun shadow: behind it, within its radius of the axis."""
     sun = np.asarray(sun_direction)
     start, step = np.cross(segments.anchor, sun), np.cross(segments.direction, sun)
     radius = np.linalg.norm(start, axis=1)
     a, b = np.einsum("ij,ij->i", step, step), np.einsum("ij,ij->i", start, step)
     c = (radius - bottom_radius) * (radius + bottom_radius)
-    miss = np.abs(np.cross(segments.anchor, segments.direction) @ sun)  # |step| times the distance of line and axis
+    miss = np.abs(
+        np.cross(segments.anchor, segments.direction) @ sun
+    )  # |step| times the distance of line and axis
     reach = bottom_radius * np.sqrt(a)
     disc = np.where(c < 0.0, b * b - a * c, (reach - miss) * (reach + miss))
     low, high = _roots(a, b, c, disc)
@@ -207,7 +218,9 @@ def _cone(segments, center, axis, radius, sine, far) -> Interval:
     e0, e1 = radius - sine * z0, -sine * z1  # R - z sin phi along the ray
     cos = np.sqrt((1.0 - sine) * (1.0 + sine))
     rho, slant = np.linalg.norm(start, axis=1), np.linalg.norm(step, axis=1)
-    a = (e1 - cos * slant) * (e1 + cos * slant) + 0.0  # no negative zero: its sign would pick the root at infinity
+    a = (e1 - cos * slant) * (
+        e1 + cos * slant
+    ) + 0.0  # no negative zero: its sign would pick the root at infinity
     b = e0 * e1 - cos * cos * np.einsum("ij,ij->i", start, step)
     c = (e0 - cos * rho) * (e0 + cos * rho)
     wide = np.linalg.norm(e0[:, None] * step - e1[:, None] * start, axis=1)
@@ -256,7 +269,7 @@ def _clip(length, *intervals) -> Interval:
 
 
 def _sphere(origin, slope, cross, radius):
-    """Return |o|^2 - radius^2 and radius^2 - (distance of the line from the center)^2, each by its stable form."""
+    """Return |o|^2 - radius^2 and radius^2 - (distance of line and center)^2, each by its stable form."""
     column = np.full((len(origin), 1), radius)
     power = _dot(np.hstack([origin, column]), np.hstack([origin, -column]))
     impact = np.linalg.norm(cross, axis=1)
@@ -275,7 +288,7 @@ def _dot(a, b):
 
 
 def _cross(a, b):
-    """Return the cross products of rows, each component as if computed with twice the digits and then rounded."""
+    """Return the cross products of rows, their components as exact as those of `_dot`."""
     pairs = ((1, 2), (2, 0), (0, 1))
     return np.stack([_dot(a[:, [i, j]], np.stack([b[:, j], -b[:, i]], axis=1)) for i, j in pairs], axis=1)
 

@@ -1,12 +1,13 @@
 """The air: densities of its three species, their coefficients, and their columns along straight paths.
 
-Species, in this order: molecules (Rayleigh), aerosols (Mie), ozone. The first two fall exponentially with altitude,
-the third is a tent. Densities are relative: 1 at altitude 0, for ozone 1 at the peak. They end sharply at the top of
-the air; below altitude 0 they keep their value at 0, so that a point a hair under the ground is no special case.
+Species, in this order: molecules (Rayleigh), aerosols (Mie), ozone. The first two fall exponentially with
+altitude, the third is a tent. Densities are relative: 1 at altitude 0, for ozone 1 at the peak. They end
+sharply at the top of the air; below altitude 0 they keep their value at 0, so that a point a hair under the
+ground is no special case.
 
-A column is the integral of a relative density along a path [m]; times the extinction coefficients it is the optical
-depth. It is integrated here by Gauss-Legendre panels whose ends lie on altitudes that double from the low end of the
-path, and on the kinks of the tent.
+A column is the integral of a relative density along a path [m]; times the extinction coefficients it is the
+optical depth. It is integrated here by Gauss-Legendre panels whose ends lie on altitudes that double from the
+low end of the path, and on the kinks of the tent.
 """
 
 import functools
@@ -26,7 +27,7 @@ def extinction(atmosphere: Atmosphere) -> np.ndarray:
 
 
 def scattering(atmosphere: Atmosphere) -> np.ndarray:
-    """Return scattering coefficients [1/m] at relative density 1, (2 species, 3 channels); ozone does not scatter."""
+    """Return scattering coefficients [1/m] at relative density 1, (2 species, 3 channels), none of ozone."""
     return np.array([atmosphere.rayleigh_scattering, atmosphere.mie_scattering])
 
 
@@ -54,15 +55,15 @@ def kink_altitudes(atmosphere: Atmosphere) -> np.ndarray:
 
 
 def altitude_from_power(radius: float, power):
-    """Return h = |p| - radius [m] from power = |p|^2 - radius^2 [m^2], without the cancellation of a difference."""
+    """Return h = |p| - radius [m] from power = |p|^2 - radius^2 [m^2], without cancellation."""
     return power / (radius + np.sqrt(np.maximum(radius * radius + power, 0.0)))
 
 
 def path_columns(atmosphere: Atmosphere, power, slope, length, nodes: int = COLUMN_NODES) -> np.ndarray:
     """Return the columns [m] of the three species along straight paths inside the air.
 
-    A path starts at p and runs for `length` along a unit vector w. Two numbers say where it lies: on it, at the
-    distance s, |x|^2 - Rb^2 = power + s (s + 2 slope).
+    A path starts at p and runs for `length` along a unit vector w. Two numbers say where it lies: on it, at
+    the distance s, |x|^2 - Rb^2 = power + s (s + 2 slope).
 
     Parameters
     ----------
@@ -88,7 +89,7 @@ def path_columns(atmosphere: Atmosphere, power, slope, length, nodes: int = COLU
 
 
 def _columns(atmosphere, power, slope, length, nodes):
-    """Split the paths at their lowest point and add up the ascending halves, the first one seen from its far end."""
+    """Split the paths at their lowest point and add up both halves, the first one seen from its far end."""
     down = np.clip(-slope, 0.0, length)
     low_power = power + down * (down + 2.0 * slope)
     low = altitude_from_power(atmosphere.bottom_radius, low_power)
@@ -105,7 +106,7 @@ def _columns(atmosphere, power, slope, length, nodes):
 
 
 def _ascending(atmosphere, low, offset, length, nodes):
-    """Return columns (N, 3) of paths that start at altitude `low`, `offset` beyond their line's tangent point, and rise.
+    """Return columns (N, 3) of rising paths from altitude `low`, `offset` beyond their line's tangent point.
 
     All distances are carried as differences from the low end, so nothing cancels on grazing paths.
     """
@@ -136,7 +137,7 @@ def _rise(radius, power):
 
 @functools.lru_cache(maxsize=64)
 def _doubling(atmosphere: Atmosphere) -> np.ndarray:
-    """Return fractions 0, ..., 1/4, 1/2, 1 of a rise such that the first panel is within two scale heights."""
+    """Return fractions 0, ..., 1/4, 1/2, 1 of a rise; the first panel is within two scale heights."""
     thinnest = min(atmosphere.rayleigh_scale_height, atmosphere.mie_scale_height)
     panels = int(np.clip(np.ceil(np.log2(atmosphere.thickness / thinnest)), 2, 40))
     return np.concatenate([[0.0], 0.5 ** np.arange(panels - 1, -1, -1)])

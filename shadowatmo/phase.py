@@ -1,7 +1,7 @@
 """Phase functions: where scattered light goes, normalized to 1 over the sphere [1/sr].
 
-Both take nu, the cosine of the angle between the viewing direction and the direction to the sun; nu = 1 looks at the
-sun, which is forward scattering.
+Both take nu, the cosine of the angle between the viewing direction and the direction to the sun; nu = 1 looks
+at the sun, which is forward scattering.
 """
 
 import numpy as np

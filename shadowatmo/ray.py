@@ -47,7 +47,7 @@ def k_along(ray, t):
 
 def far_root(x, c, root):
     """Return the root of t^2 + 2 x t + c = 0 farther along, root = sqrt(x^2 - c), without cancellation."""
-    return np.where(x > 0.0, -c / np.maximum(x + root, 1e-300), root - x)
+    return np.where(x > 0.0, -c / np.where(x > 0.0, x + root, 1.0), root - x)
 
 
 def make_ray(atmosphere, x, k, tangent_k) -> Ray:

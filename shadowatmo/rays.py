@@ -58,11 +58,15 @@ class Rays:
         start = _points("origins", origins)
         toward = _points("directions", directions)
         if toward.shape != start.shape:
-            raise ParameterError("directions", toward.shape, f"the shape {start.shape} of origins; this is its shape")
+            raise ParameterError(
+                "directions", toward.shape, f"the shape {start.shape} of origins; this is its shape"
+            )
         largest = np.abs(toward).max(axis=1, keepdims=True)
         if not np.all(largest > 0):
             worst = int(np.argmin(largest))
-            raise ParameterError("directions", toward[worst].tolist(), f"not zero in any ray (this is ray {worst})")
+            raise ParameterError(
+                "directions", toward[worst].tolist(), f"not zero in any ray (this is ray {worst})"
+            )
         toward = toward / largest  # keeps the square root away from overflow and underflow
         toward /= np.sqrt(np.einsum("ij,ij->i", toward, toward))[:, None]
         return cls(start, toward, _limits(t_max, len(start)))
@@ -135,7 +139,9 @@ def _points(name, value) -> np.ndarray:
     bad = ~np.isfinite(points).all(axis=1)
     if bad.any():
         worst = int(np.argmax(bad))
-        raise ParameterError(name, points[worst].tolist(), f"3 finite numbers in each ray (this is ray {worst})")
+        raise ParameterError(
+            name, points[worst].tolist(), f"3 finite numbers in each ray (this is ray {worst})"
+        )
     return points
 
 

@@ -1,4 +1,4 @@
-"""One OpenGL context for the whole run, a seeded generator, and a check that no test leaves a GL error behind."""
+"""One OpenGL context for the whole run, a seeded generator, and no GL error left behind by any test."""
 
 import os
 
@@ -21,8 +21,8 @@ def pytest_collection_modifyitems(items):
 def ctx():
     """The one headless context: two in a process are asking for trouble.
 
-    Without OpenGL the test is skipped with the reason, or fails where SHADOWATMO_REQUIRE_GL=1 says that there must
-    be one, so that green never means that nothing ran.
+    Without OpenGL the test is skipped with the reason, or fails where SHADOWATMO_REQUIRE_GL=1 says that there
+    must be one, so that green never means that nothing ran.
     """
     from shadowatmo.passes.gl.context import open_context
 
@@ -51,3 +51,30 @@ def _no_gl_error(request):
 def rng():
     """A generator with a fixed seed, fresh for each test."""
     return np.random.default_rng(SEED)
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A function that writes shader files into the folder the loader reads: a_frag="..." writes a.frag."""
+    from shadowatmo.passes.gl.source import read_shader
+
+    vertex = read_shader("fullscreen.vert")
+    monkeypatch.setenv("SHADOWATMO_SHADER_DIR", str(tmp_path))
+
+    def write(**files):
+        for name, text in files.items():
+            stem, _, suffix = name.rpartition("_")
+            (tmp_path / f"{stem}.{suffix}").write_text(text)
+
+    write(fullscreen_vert=vertex)
+    return write
+
+
+@pytest.fixture
+def glsl(ctx, tmp_path, monkeypatch):
+    """Run lines of GLSL on arrays, see tests/glsl_runner.py."""
+    from tests.glsl_runner import GlslRunner
+
+    runner = GlslRunner(ctx, tmp_path)
+    monkeypatch.setenv("SHADOWATMO_SHADER_DIR", str(runner.folder))
+    return runner

@@ -6,8 +6,6 @@ from pathlib import Path
 
 import moderngl
 import pytest
-
-from shadowatmo.errors import ContextError, ParameterError, PassError, ShaderError, ShadowAtmoError
 from shadowatmo.passes.gl import context as context_module
 from shadowatmo.passes.gl.context import (
     check_alive,
@@ -17,6 +15,8 @@ from shadowatmo.passes.gl.context import (
     is_software,
     open_context,
 )
+
+from shadowatmo.errors import ContextError, ParameterError, PassError, ShaderError, ShadowAtmoError
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -66,13 +66,16 @@ def devices(monkeypatch):
 BROKEN = Exception("eglInitialize failed (0x3001)")
 
 
-@pytest.mark.parametrize(("names", "expected"), [
-    (["llvmpipe (LLVM 15)"], "llvmpipe (LLVM 15)"),
-    (["llvmpipe (LLVM 15)", "NVIDIA H200"], "NVIDIA H200"),
-    (["NVIDIA A", "NVIDIA B", "llvmpipe"], "NVIDIA A"),
-    ([BROKEN, "llvmpipe", "softpipe"], "llvmpipe"),
-    ([BROKEN, "llvmpipe", "AMD Radeon"], "AMD Radeon"),
-])
+@pytest.mark.parametrize(
+    ("names", "expected"),
+    [
+        (["llvmpipe (LLVM 15)"], "llvmpipe (LLVM 15)"),
+        (["llvmpipe (LLVM 15)", "NVIDIA H200"], "NVIDIA H200"),
+        (["NVIDIA A", "NVIDIA B", "llvmpipe"], "NVIDIA A"),
+        ([BROKEN, "llvmpipe", "softpipe"], "llvmpipe"),
+        ([BROKEN, "llvmpipe", "AMD Radeon"], "AMD Radeon"),
+    ],
+)
 def test_hardware_comes_first(devices, names, expected):
     backend = devices(*names)
     assert open_context().info["GL_RENDERER"] == expected
@@ -93,17 +96,20 @@ def test_a_chosen_device_is_taken_as_it_is(devices):
         open_context(device=2)
 
 
-@pytest.mark.parametrize(("raw", "remedy"), [
-    ("libEGL.so.1 not loaded", "apt-get install -y libegl1"),
-    ("Cannot find OpenGL support library libEGL", "apt-get install -y libegl1"),
-    ("requested device index 0, but found 0 devices", "NVIDIA_DRIVER_CAPABILITIES=graphics"),
-    ("requested device index 3, but found 1 devices", "leave `device` out"),
-    ("eglInitialize failed (0x3001)", "libgl1-mesa-dri"),
-    ("eglCreateContext failed (0x3009)", "version is too low"),
-    ("Requested OpenGL version 460, got version 450", "version is too low"),
-    ("something never seen", "something never seen; run `python -m shadowatmo check`"),
-    ("", "python -m shadowatmo check"),
-])
+@pytest.mark.parametrize(
+    ("raw", "remedy"),
+    [
+        ("libEGL.so.1 not loaded", "apt-get install -y libegl1"),
+        ("Cannot find OpenGL support library libEGL", "apt-get install -y libegl1"),
+        ("requested device index 0, but found 0 devices", "NVIDIA_DRIVER_CAPABILITIES=graphics"),
+        ("requested device index 3, but found 1 devices", "leave `device` out"),
+        ("eglInitialize failed (0x3001)", "libgl1-mesa-dri"),
+        ("eglCreateContext failed (0x3009)", "version is too low"),
+        ("Requested OpenGL version 460, got version 450", "version is too low"),
+        ("something never seen", "something never seen; run `python -m shadowatmo check`"),
+        ("", "python -m shadowatmo check"),
+    ],
+)
 def test_every_raw_failure_has_a_remedy(raw, remedy):
     message = explain_failure(raw)
     assert remedy in message
@@ -111,10 +117,17 @@ def test_every_raw_failure_has_a_remedy(raw, remedy):
     assert raw in message  # the driver's own words are kept for the bug report
 
 
-@pytest.mark.parametrize(("kwargs", "name"), [
-    ({"require": 210}, "require"), ({"require": 3.3}, "require"), ({"require": True}, "require"),
-    ({"device": -1}, "device"), ({"device": "0"}, "device"), ({"device": True}, "device"),
-])
+@pytest.mark.parametrize(
+    ("kwargs", "name"),
+    [
+        ({"require": 210}, "require"),
+        ({"require": 3.3}, "require"),
+        ({"require": True}, "require"),
+        ({"device": -1}, "device"),
+        ({"device": "0"}, "device"),
+        ({"device": True}, "device"),
+    ],
+)
 def test_bad_arguments(kwargs, name):
     with pytest.raises(ParameterError, match=name) as info:
         open_context(**kwargs)
@@ -177,5 +190,7 @@ print("done")
 def test_released_context_is_refused_and_a_new_one_works(ctx):
     """In a process of its own, for a second context beside the session's could upset the driver."""
     assert isinstance(ctx, moderngl.Context)
-    done = subprocess.run([sys.executable, "-c", SCRIPT], cwd=ROOT, capture_output=True, text=True, timeout=60)
+    done = subprocess.run(
+        [sys.executable, "-c", SCRIPT], cwd=ROOT, capture_output=True, text=True, timeout=60
+    )
     assert done.stdout.strip() == "done", done.stderr

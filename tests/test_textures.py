@@ -2,12 +2,18 @@
 
 import numpy as np
 import pytest
-
-from shadowatmo.errors import ContextError, ParameterError
 from shadowatmo.passes.gl.functions import gl_functions
-from shadowatmo.passes.gl.shader import Fullscreen, bind_textures, build_program, release_programs, set_uniforms
+from shadowatmo.passes.gl.shader import (
+    Fullscreen,
+    bind_textures,
+    build_program,
+    release_programs,
+    set_uniforms,
+)
 from shadowatmo.passes.gl.state import preserve_state
 from shadowatmo.passes.gl.textures import COLOR_FORMATS, Target
+
+from shadowatmo.errors import ContextError, ParameterError
 
 WRITE = """#version 330 core
 uniform float u_depth;
@@ -46,8 +52,11 @@ def draw_depth(ctx, target, value, func):
     full.release()
 
 
-# 0.25, 0.5 and 0.75 are exact in all float formats; rgba8 rounds to 255 steps, plus the rounding of the scaling
-@pytest.mark.parametrize(("form", "tolerance"), [(f, 0.501 / 255 if f == "rgba8" else 0.0) for f in COLOR_FORMATS])
+# 0.25, 0.5 and 0.75 are exact in all float formats; rgba8 rounds to 255 steps, plus the rounding of the
+# scaling
+@pytest.mark.parametrize(
+    ("form", "tolerance"), [(f, 0.501 / 255 if f == "rgba8" else 0.0) for f in COLOR_FORMATS]
+)
 @pytest.mark.parametrize("size", [(1, 1), (7, 5), (3, 64)])
 def test_color_formats(shaders, form, tolerance, size):
     ctx = shaders
@@ -56,13 +65,16 @@ def test_color_formats(shaders, form, tolerance, size):
         pixels = target.read_color()
         components = COLOR_FORMATS[form][0]
         assert pixels.shape == (size[1], size[0], components)
-        np.testing.assert_allclose(pixels, np.broadcast_to([0.25, 0.5, 0.75, 1.0][:components], pixels.shape),
-                                   rtol=0, atol=tolerance)
+        np.testing.assert_allclose(
+            pixels, np.broadcast_to([0.25, 0.5, 0.75, 1.0][:components], pixels.shape), rtol=0, atol=tolerance
+        )
 
 
 # a float keeps 1e-12 to 24 bits; the normalized depth has steps of 2**-24 and may round either way
-@pytest.mark.parametrize(("depth", "value", "tolerance"), [
-    ("d32f", 1e-12, 1e-19), ("d32f", 0.625, 0.0), ("d24", 0.625, 2.0**-24), ("d24", 1e-6, 2.0**-24)])
+@pytest.mark.parametrize(
+    ("depth", "value", "tolerance"),
+    [("d32f", 1e-12, 1e-19), ("d32f", 0.625, 0.0), ("d24", 0.625, 2.0**-24), ("d24", 1e-6, 2.0**-24)],
+)
 @pytest.mark.parametrize("color", [("rgba32f",), (), ("r32f", "rgba16f")])
 def test_depth_is_stored_and_read(shaders, depth, value, tolerance, color):
     ctx = shaders
@@ -93,7 +105,11 @@ def test_24_bit_depth_loses_what_32_bit_keeps(shaders):
 @pytest.mark.parametrize("depth", ["d24", "d32f"])
 def test_depth_can_be_sampled(shaders, depth):
     ctx = shaders
-    with preserve_state(ctx), Target(ctx, (5, 4), (), depth) as source, Target(ctx, (5, 4), ("r32f",)) as target:
+    with (
+        preserve_state(ctx),
+        Target(ctx, (5, 4), (), depth) as source,
+        Target(ctx, (5, 4), ("r32f",)) as target,
+    ):
         source.framebuffer.clear(depth=0.0)
         draw_depth(ctx, source, 0.625, ">")
         program = build_program(ctx, "read.frag")
@@ -132,16 +148,33 @@ def test_the_driver_limit_itself_works(ctx):
                 assert target.framebuffer.size == size
 
 
-@pytest.mark.parametrize("size", [(0, 4), (4, 0), (-1, 4), (4.0, 4), (True, 4), (10**9, 4), 4, None, (4,), (4, 4, 4),
-                                  ("4", 4), (float("nan"), 4)])
+@pytest.mark.parametrize(
+    "size",
+    [
+        (0, 4),
+        (4, 0),
+        (-1, 4),
+        (4.0, 4),
+        (True, 4),
+        (10**9, 4),
+        4,
+        None,
+        (4,),
+        (4, 4, 4),
+        ("4", 4),
+        (float("nan"), 4),
+    ],
+)
 def test_bad_sizes(ctx, size):
     with pytest.raises(ParameterError, match=r"size = .*expected \(width, height\)") as info:
         Target(ctx, size)
     assert info.value.name == "size"
 
 
-@pytest.mark.parametrize(("kwargs", "name"), [({"color": ("rgb9",)}, "color"), ({"color": ()}, "color"),
-                                              ({"depth": "d16"}, "depth")])
+@pytest.mark.parametrize(
+    ("kwargs", "name"),
+    [({"color": ("rgb9",)}, "color"), ({"color": ()}, "color"), ({"depth": "d16"}, "depth")],
+)
 def test_bad_formats(ctx, kwargs, name):
     with pytest.raises(ParameterError) as info:
         Target(ctx, (2, 2), **kwargs)
@@ -167,6 +200,7 @@ def test_nothing_is_left_when_construction_fails(ctx, monkeypatch, failing):
         def wrapped(self, argument):
             made.append(make(self, argument))
             return made[-1]
+
         return wrapped
 
     def fail(*_):
@@ -174,7 +208,9 @@ def test_nothing_is_left_when_construction_fails(ctx, monkeypatch, failing):
 
     with preserve_state(ctx):
         monkeypatch.setattr(Target, "_color_texture", remember(real_color))
-        monkeypatch.setattr(Target, "_depth_texture", fail if failing == "_depth_texture" else remember(real_depth))
+        monkeypatch.setattr(
+            Target, "_depth_texture", fail if failing == "_depth_texture" else remember(real_depth)
+        )
         if failing == "framebuffer":
             monkeypatch.setattr(ctx, "framebuffer", fail)
         with pytest.raises(RuntimeError, match="refused"):

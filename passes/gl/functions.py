@@ -8,9 +8,9 @@ import ctypes
 import sys
 
 from _moderngl import DefaultLoader
+from shadowatmo.passes.gl.context import check_alive, context_store
 
 from shadowatmo.errors import ContextError
-from shadowatmo.passes.gl.context import check_alive, context_store
 
 _FUNCTYPE = ctypes.WINFUNCTYPE if sys.platform.startswith("win") else ctypes.CFUNCTYPE
 
@@ -35,8 +35,9 @@ _SIGNATURES = {
     "ActiveTexture": (None, _E), "BindTexture": (None, _E, _E), "BindSampler": (None, _E, _E),
     "Viewport": (None, _I, _I, _I, _I), "Scissor": (None, _I, _I, _I, _I),
     "ViewportArrayv": (None, _E, _I, _P), "ScissorArrayv": (None, _E, _I, _P),
-    "DepthRangeArrayv": (None, _E, _I, _P), "GetFloati_v": (None, _E, _E, _P), "GetDoublei_v": (None, _E, _E, _P),
-    "PolygonOffsetClamp": (None, _F, _F, _F), "IsTexture": (_B, _E), "IsFramebuffer": (_B, _E),
+    "DepthRangeArrayv": (None, _E, _I, _P), "GetFloati_v": (None, _E, _E, _P),
+    "GetDoublei_v": (None, _E, _E, _P),
+    "PolygonOffsetClamp": (None, _F, _F, _F), "IsTexture": (_B, _E), "IsProgram": (_B, _E),
     "BlendFuncSeparate": (None, _E, _E, _E, _E), "BlendEquationSeparate": (None, _E, _E),
     "BlendFuncSeparatei": (None, _E, _E, _E, _E, _E), "BlendEquationSeparatei": (None, _E, _E, _E),
     "BlendColor": (None, _F, _F, _F, _F),

@@ -137,7 +137,8 @@ class Composer:
             if number == 1 and source == 0:
                 continue
             where = f"{name}:{number}"
-            code, in_comment = _strip_comments(line, in_comment)  # moderngl looks for #include in comments too
+            # comments must go: moderngl looks for #include in them too
+            code, in_comment = _strip_comments(line, in_comment)
             match = _DIRECTIVE.match(code)
             live = open_blocks[-1][2] if open_blocks else True
             if match is None:
@@ -232,7 +233,7 @@ def _define_line(name, value):
         text = "1"
     elif isinstance(value, Integral) and not isinstance(value, bool) and -(2**31) <= value < 2**31:
         text = str(int(value))
-    elif isinstance(value, Real) and not isinstance(value, bool) and abs(value) < 3.4e38:
+    elif isinstance(value, Real) and not isinstance(value, Integral) and abs(value) < 3.4e38:
         text = repr(float(value))
     elif isinstance(value, str) and "\n" not in value:
         return f"#define {name} {value}"

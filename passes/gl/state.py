@@ -1,12 +1,12 @@
 """Give the host's OpenGL state back: `preserve_state` records, sets a known baseline, and restores.
 
-moderngl's own `scope` restores a framebuffer and five enable flags, and those only as moderngl last saw them. A
-host that talks to OpenGL itself needs everything we or moderngl may touch. One table per context lists it: each
-`Item` knows how to read a piece of state, how to write it back, and which value our passes start from. The list
-is the one that embedded renderers converge to (ImGui's OpenGL back end is the best known).
+moderngl's own `scope` restores a framebuffer and five enable flags, and those only as moderngl last saw them.
+A host that talks to OpenGL itself needs everything we or moderngl may touch. One table per context lists it:
+each `Item` knows how to read a piece of state, how to write it back, and which value our passes start from.
+The list is the one that embedded renderers converge to (ImGui's OpenGL back end is the best known).
 
-What cannot be queried cannot be kept: leave the guard out of active queries, transform feedback and conditional
-rendering, and do not delete a bound program before the guard ends.
+What cannot be queried cannot be kept: leave the guard out of active queries, transform feedback and
+conditional rendering. A program that was deleted while in use is not in use afterwards.
 """
 
 import ctypes
@@ -19,22 +19,18 @@ from shadowatmo.passes.gl.functions import gl_functions
 
 GUARDED_UNITS = 16  # texture units 0..15, plus the one moderngl works on
 
-_BLEND, _ZERO, _ONE, _FUNC_ADD = 0x0BE2, 0, 1, 0x8006
+_BLEND, _ZERO, _ONE, _FUNC_ADD, _LESS, _CCW, _FILL = 0x0BE2, 0, 1, 0x8006, 0x0201, 0x0901, 0x1B02
 _FRONT, _BACK, _FRONT_AND_BACK = 0x0404, 0x0405, 0x0408
-_LESS, _CCW, _FILL = 0x0201, 0x0901, 0x1B02
-_UNIFORM_BUFFER, _UNIFORM_BUFFER_BINDING = 0x8A11, 0x8A28
-_TEXTURE0, _ACTIVE_TEXTURE, _SAMPLER_BINDING = 0x84C0, 0x84E0, 0x8919
-_DRAW_FRAMEBUFFER, _READ_FRAMEBUFFER = 0x8CA9, 0x8CA8
-_DRAW_BINDING, _READ_BINDING = 0x8CA6, 0x8CAA
-_MAX_DRAW_BUFFERS = 0x8824
-_ALL_BITS = 0xFFFFFFFF
+_UNIFORM_BUFFER, _UNIFORM_BUFFER_BINDING, _SAMPLER_BINDING = 0x8A11, 0x8A28, 0x8919
+_DRAW_FRAMEBUFFER, _READ_FRAMEBUFFER, _DRAW_BINDING, _READ_BINDING = 0x8CA9, 0x8CA8, 0x8CA6, 0x8CAA
+_TEXTURE0, _ACTIVE_TEXTURE, _MAX_DRAW_BUFFERS, _ALL_BITS = 0x84C0, 0x84E0, 0x8824, 0xFFFFFFFF
 
 # texture target -> its binding query: 2D, 3D, 2D array, cube
 _TEXTURES = {0x0DE1: 0x8069, 0x806F: 0x806A, 0x8C1A: 0x8C1D, 0x8513: 0x8514}
 # buffer target -> its binding query: array, pixel pack, pixel unpack, copy read, copy write
 _BUFFERS = {0x8892: 0x8894, 0x88EB: 0x88ED, 0x88EC: 0x88EF, 0x8F36: 0x8F36, 0x8F37: 0x8F37}
-# all off in the baseline: depth, cull, stencil, polygon offsets, sRGB, discard, restart, sample coverage kinds,
-# logic op, depth clamp, point size, smoothing, dither
+# all off in the baseline: depth, cull, stencil, polygon offsets, sRGB, discard, restart, sample coverage
+# kinds, logic op, depth clamp, point size, smoothing, dither
 _FLAGS = {
     "depth_test": 0x0B71, "cull_face": 0x0B44, "stencil_test": 0x0B90, "polygon_offset_point": 0x2A01,
     "polygon_offset_line": 0x2A02, "polygon_offset_fill": 0x8037, "framebuffer_srgb": 0x8DB9,
@@ -49,17 +45,17 @@ _LATER_FLAGS = {
     "primitive_restart_fixed_index": (0x8D69, 430, "GL_ARB_ES3_compatibility"),
     "sample_shading": (0x8C36, 400, "GL_ARB_sample_shading"),
 }
-# unpack and pack: swap bytes, LSB first, row length, skip rows, skip pixels, alignment, image height, skip images
+# unpack and pack: swap bytes, LSB first, row length, skip rows, skip pixels, alignment, image height, skip
+# images
 _PIXEL_STORE = (0x0CF0, 0x0CF1, 0x0CF2, 0x0CF3, 0x0CF4, 0x0CF5, 0x806E, 0x806D,
                 0x0D00, 0x0D01, 0x0D02, 0x0D03, 0x0D04, 0x0D05, 0x806C, 0x806B)
-_ALIGNMENTS = (0x0CF5, 0x0D05)
 # what moderngl remembers of its own calls and hosts may read back
 _TRACKED = ("depth_func", "front_face", "cull_face", "wireframe", "provoking_vertex", "polygon_offset",
             "default_texture_unit")
 
 
 class Item(NamedTuple):
-    """One piece of state: `read()` gives a tuple, `write(values)` sets it, `baseline` is None to leave it alone."""
+    """One piece of state: `read()` gives a tuple, `write(values)` sets it; no `baseline` leaves it alone."""
 
     name: str
     read: object
@@ -83,34 +79,22 @@ class HostState:
     viewport: tuple
 
 
-def _integers(gl, enum, count=1):
-    get, buffer = gl.GetIntegerv, (ctypes.c_int * 16)()
+def _reader(getter, kind, enum, count):
+    buffer = (kind * 16)()
 
     def read():
-        get(enum, buffer)
+        getter(enum, buffer)
         return tuple(buffer[:count])
 
     return read
+
+
+def _integers(gl, enum, count=1):
+    return _reader(gl.GetIntegerv, ctypes.c_int, enum, count)
 
 
 def _floats(gl, enum, count=1):
-    get, buffer = gl.GetFloatv, (ctypes.c_float * 16)()
-
-    def read():
-        get(enum, buffer)
-        return tuple(buffer[:count])
-
-    return read
-
-
-def _doubles(gl, enum, count=1):
-    get, buffer = gl.GetDoublev, (ctypes.c_double * 16)()
-
-    def read():
-        get(enum, buffer)
-        return tuple(buffer[:count])
-
-    return read
+    return _reader(gl.GetFloatv, ctypes.c_float, enum, count)
 
 
 def _indexed(getter, kind, enum, index, count=1):
@@ -149,8 +133,10 @@ def _flag_items(gl):
 
 
 def _binding_items(gl):
-    """Objects that are bound by name; pixel buffers are unbound, else moderngl's uploads would read from them."""
-    yield Item("program", _integers(gl, 0x8B8D), _call(gl.UseProgram), None)
+    """Objects bound by name; pixel buffers are unbound, else moderngl's uploads would read from them."""
+    # a host may delete the program that is in use; it is gone once another is used, and naming it is an error
+    yield Item("program", _integers(gl, 0x8B8D),
+               lambda values: gl.UseProgram(values[0] if gl.IsProgram(values[0]) else 0), None)
     yield Item("vertex_array", _integers(gl, 0x85B5), _call(gl.BindVertexArray), None)
     yield Item("renderbuffer", _integers(gl, 0x8CA7), _call(gl.BindRenderbuffer, 0x8D41), None)
     for target, query in _BUFFERS.items():
@@ -163,7 +149,8 @@ def _binding_items(gl):
                          _indexed(gl.GetInteger64i_v, ctypes.c_int64, 0x8A2A, index)),
                    lambda values, index=index: _bind_uniform_buffer(gl, index, *values), None)
     # after the indexed ones: binding those changes the generic one
-    yield Item("uniform_buffer", _integers(gl, _UNIFORM_BUFFER_BINDING), _call(gl.BindBuffer, _UNIFORM_BUFFER), None)
+    yield Item("uniform_buffer", _integers(gl, _UNIFORM_BUFFER_BINDING),
+               _call(gl.BindBuffer, _UNIFORM_BUFFER), None)
 
 
 def _bind_uniform_buffer(gl, index, name, start, size):
@@ -174,8 +161,9 @@ def _bind_uniform_buffer(gl, index, name, start, size):
 
 
 def _framebuffer_items(gl):
-    yield Item("draw_framebuffer", _integers(gl, _DRAW_BINDING), _call(gl.BindFramebuffer, _DRAW_FRAMEBUFFER), None)
-    yield Item("read_framebuffer", _integers(gl, _READ_BINDING), _call(gl.BindFramebuffer, _READ_FRAMEBUFFER), None)
+    bind = gl.BindFramebuffer
+    yield Item("draw_framebuffer", _integers(gl, _DRAW_BINDING), _call(bind, _DRAW_FRAMEBUFFER), None)
+    yield Item("read_framebuffer", _integers(gl, _READ_BINDING), _call(bind, _READ_FRAMEBUFFER), None)
     count = gl.integer(_MAX_DRAW_BUFFERS)
     array = (ctypes.c_uint * count)()
 
@@ -228,23 +216,26 @@ def _output_items(gl):
                        for index in range(count)]
             yield _grouped(name, readers, getattr(gl, function), getattr(gl, function + "i"), baseline)
         else:
-            yield Item(name, _both(*(_integers(gl, enum) for enum in enums)), _call(getattr(gl, function)), baseline)
+            read = _both(*(_integers(gl, enum) for enum in enums))
+            yield Item(name, read, _call(getattr(gl, function)), baseline)
     yield Item("blend_color", _floats(gl, 0x8005, 4), _call(gl.BlendColor), None)
 
 
 def _viewport_items(gl):
-    """Viewports, scissors, depth ranges: all of them where the context has arrays, for glViewport sets all."""
+    """Viewports, scissors, depth ranges: all where the context has arrays, for glViewport sets all."""
     if not gl.has("ViewportArrayv"):
         yield Item("viewport", _integers(gl, 0x0BA2, 4), _call(gl.Viewport), None)
         yield Item("scissor_box", _integers(gl, 0x0C10, 4), _call(gl.Scissor), None)
-        yield Item("depth_range", _doubles(gl, 0x0B70, 2), _call(gl.DepthRange), (0.0, 1.0))
+        yield Item("depth_range", _reader(gl.GetDoublev, ctypes.c_double, 0x0B70, 2),
+                   _call(gl.DepthRange), (0.0, 1.0))
         yield _flag(gl, "scissor_test", 0x0C11)
         return
     count = gl.integer(0x825B)  # MAX_VIEWPORTS
     for name, getter, kind, enum, size, setter, baseline in (
             ("viewport", gl.GetFloati_v, ctypes.c_float, 0x0BA2, 4, gl.ViewportArrayv, None),
             ("scissor_box", gl.GetIntegeri_v, ctypes.c_int, 0x0C10, 4, gl.ScissorArrayv, None),
-            ("depth_range", gl.GetDoublei_v, ctypes.c_double, 0x0B70, 2, gl.DepthRangeArrayv, (0.0, 1.0) * count)):
+            ("depth_range", gl.GetDoublei_v, ctypes.c_double, 0x0B70, 2, gl.DepthRangeArrayv,
+             (0.0, 1.0) * count)):
         readers = [_indexed(getter, kind, enum, index, size) for index in range(count)]
         array = (kind * (size * count))()
         yield Item(name, _both(*readers), _write_array(setter, count, array), baseline)
@@ -271,17 +262,18 @@ def _raster_items(gl):
     else:
         yield Item("polygon_offset", _both(_floats(gl, 0x8038), _floats(gl, 0x2A00)),
                    _call(gl.PolygonOffset), None)
-    yield Item("primitive_restart_index", _integers(gl, 0x8F9E), _write_unsigned(gl.PrimitiveRestartIndex), None)
+    yield Item("primitive_restart_index", _integers(gl, 0x8F9E),
+               _write_unsigned(gl.PrimitiveRestartIndex), None)
     yield Item("logic_op", _integers(gl, 0x0BF0), _call(gl.LogicOp), None)
-    yield Item("sample_coverage_value", _both(_floats(gl, 0x80AA), _integers(gl, 0x80AB)), _call(gl.SampleCoverage),
-               None)
+    yield Item("sample_coverage_value", _both(_floats(gl, 0x80AA), _integers(gl, 0x80AB)),
+               _call(gl.SampleCoverage), None)
     yield Item("sample_mask_value", _indexed(gl.GetIntegeri_v, ctypes.c_int, 0x8E52, 0),
                _write_unsigned(gl.SampleMaski, 0), None)
     yield Item("provoking_vertex", _integers(gl, 0x8E4F), _call(gl.ProvokingVertex), None)
     yield Item("line_width", _floats(gl, 0x0B21), _call(gl.LineWidth), None)
     yield Item("point_size", _floats(gl, 0x0B11), _call(gl.PointSize), None)
     yield Item("clear_color", _floats(gl, 0x0C22, 4), _call(gl.ClearColor), None)
-    yield Item("clear_depth", _doubles(gl, 0x0B73), _call(gl.ClearDepth), None)
+    yield Item("clear_depth", _reader(gl.GetDoublev, ctypes.c_double, 0x0B73, 1), _call(gl.ClearDepth), None)
     yield Item("clear_stencil", _integers(gl, 0x0B91), _call(gl.ClearStencil), None)
     # a host's GL_TRUE would clamp our float readbacks to 0..1
     yield Item("clamp_read_color", _integers(gl, 0x891C), _call(gl.ClampColor, 0x891C), (0x891D,))
@@ -294,25 +286,25 @@ def _write_unsigned(function, *first):
     return lambda values: function(*first, *(value & _ALL_BITS for value in values))
 
 
+def _unless_equal(read, write):
+    return lambda values: None if read() == values else write(values)
+
+
 def _stencil_items(gl):
-    """Both faces. Written back only when changed: the reference reads as 0 while no stencil buffer is bound."""
+    """Both faces; written back only when changed: references read as 0 while no stencil buffer is bound."""
     front = {"Func": (0x0B92, 0x0B97, 0x0B93), "Op": (0x0B94, 0x0B95, 0x0B96), "Mask": (0x0B98,)}
     back = {"Func": (0x8800, 0x8CA3, 0x8CA4), "Op": (0x8801, 0x8802, 0x8803), "Mask": (0x8CA5,)}
     for side, face, queries in (("front", _FRONT, front), ("back", _BACK, back)):
         for name, enums in queries.items():
             read = _both(*(_integers(gl, enum) for enum in enums))
             write = _write_unsigned(getattr(gl, f"Stencil{name}Separate"), face)
-            yield Item(f"stencil_{name.lower()}_{side}", read, _if_changed(read, write), None)
-
-
-def _if_changed(read, write):
-    return lambda values: None if read() == values else write(values)
+            yield Item(f"stencil_{name.lower()}_{side}", read, _unless_equal(read, write), None)
 
 
 def _pixel_store_items(gl):
     for enum in _PIXEL_STORE:
         yield Item(f"pixel_store_{enum:#06x}", _integers(gl, enum), _call(gl.PixelStorei, enum),
-                   (4,) if enum in _ALIGNMENTS else (0,))
+                   (4,) if enum in (0x0CF5, 0x0D05) else (0,))
 
 
 def _texture_items(gl, ctx):
@@ -371,7 +363,8 @@ def preserve_state(ctx):
 
     Inside, everything is off and at its default: no depth test (func LESS, mask on), blend, cull, stencil,
     scissor, sRGB, discard; colour masks on; default clip control; no sampler objects; framebuffer 0 bound.
-    moderngl's memory of its own state (bound framebuffer, enable flags, depth func and the like) is put back too.
+    moderngl's memory of its own state (bound framebuffer, enable flags, depth func and the like) is put back
+    too.
 
     Parameters
     ----------
@@ -390,7 +383,7 @@ def preserve_state(ctx):
     framebuffer, native_framebuffer = ctx.fbo, ctx.mglo.fbo
     found = HostState(gl_functions(ctx).integer(_DRAW_BINDING), gl_functions(ctx).integers(0x0BA2, 4))
     window = ctx.detect_framebuffer(0)
-    ctx.fbo, ctx.mglo.fbo = window, window.mglo  # so that the scope below remembers no framebuffer of the host's
+    ctx.fbo, ctx.mglo.fbo = window, window.mglo  # so that the scope below remembers none of the host's
     scope = ctx.scope(window, enable_only=ctx.NOTHING)  # keeps moderngl's enable flags, which have no getter
     try:
         with scope:

@@ -1,22 +1,23 @@
 """Our own render targets: float colour textures and a 24-bit or 32-bit float depth texture.
 
-moderngl makes 24-bit depth textures only, and imported textures cannot be attached. We therefore let it make its
-24-bit texture, give that texture new 32-bit float storage by one raw glTexImage2D before it is attached, and
-let moderngl build the framebuffer: it then knows of the depth attachment, so clearing and masks work as usual.
+moderngl makes 24-bit depth textures only, and imported textures cannot be attached. We therefore let it make
+its 24-bit texture, give that texture new 32-bit float storage by one raw glTexImage2D before it is attached,
+and let moderngl build the framebuffer: it then knows of the depth attachment, so clearing and masks work as
+usual.
 """
 
 from numbers import Integral
 
 import moderngl
 import numpy as np
-
-from shadowatmo.errors import ContextError, ParameterError
 from shadowatmo.passes.gl.context import check_alive
 from shadowatmo.passes.gl.functions import GL_TEXTURE_2D, gl_functions
 
+from shadowatmo.errors import ContextError, ParameterError
+
 # format -> (components, moderngl dtype, bytes per texel)
-COLOR_FORMATS = {"r32f": (1, "f4", 4), "rg32f": (2, "f4", 8), "rgba16f": (4, "f2", 8), "rgba32f": (4, "f4", 16),
-                 "rgba8": (4, "f1", 4)}
+COLOR_FORMATS = {"r32f": (1, "f4", 4), "rg32f": (2, "f4", 8), "rgba16f": (4, "f2", 8),
+                 "rgba32f": (4, "f4", 16), "rgba8": (4, "f1", 4)}
 DEPTH_FORMATS = {"d32f": 4, "d24": 4}  # bytes per texel
 
 _GL_DEPTH_COMPONENT = 0x1902
@@ -29,7 +30,8 @@ _GL_PIXEL_PACK_BUFFER_BINDING = 0x88ED
 _GL_MAX_TEXTURE_SIZE = 0x0D33
 _GL_MAX_VIEWPORT_DIMS = 0x0D3A
 _GL_OUT_OF_MEMORY = 0x0505
-_GL_PACK_DEFAULTS = ((0x0D05, 1), (0x0D02, 0), (0x0D03, 0), (0x0D04, 0), (0x0D00, 0))  # alignment, row length, skips
+# alignment, row length, skipped rows and pixels, swapped bytes
+_GL_PACK_DEFAULTS = ((0x0D05, 1), (0x0D02, 0), (0x0D03, 0), (0x0D04, 0), (0x0D00, 0))
 
 
 def check_size(ctx, size, name="size"):
@@ -170,8 +172,8 @@ class Target:
     def read_depth(self):
         """The depth attachment as float32 (h, w), row 0 at the bottom.
 
-        moderngl's own read of a depth texture can corrupt memory when a process has had two contexts, hence the
-        raw glReadPixels. The host's pack state and read framebuffer are put back.
+        moderngl's own read of a depth texture can corrupt memory when a process has had two contexts, hence
+        the raw glReadPixels. The host's pack state and read framebuffer are put back.
         """
         if self.depth is None:
             raise ParameterError("depth", None, "a target with a depth format")

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import moderngl
 import numpy as np
-
-from shadowatmo.errors import ShaderError
 from shadowatmo.passes.gl.context import context_store
 from shadowatmo.passes.gl.functions import gl_functions
+
+from shadowatmo.errors import ShaderError
 
 _SAMPLER_TYPES = frozenset((*range(0x8B5D, 0x8B65), *range(0x8DC0, 0x8DC6), *range(0x8DC9, 0x8DD9),
                             *range(0x900C, 0x9010), *range(0x9108, 0x910E)))
@@ -101,9 +101,9 @@ def set_uniforms(program, values):
     program : moderngl.Program
         From `build_program`.
     values : mapping of str to number, sequence or ndarray
-        Scalars, vectors (n,), matrices as NumPy has them (rows, columns), so that GLSL ``M * v`` is ``M @ v``,
-        and arrays of each with one more leading axis. float64 is rounded to float32. A name that the text
-        declares and the driver optimized out is ignored.
+        Scalars, vectors (n,), matrices as NumPy has them (rows, columns), so that GLSL ``M * v`` is ``M @
+        v``, and arrays of each with one more leading axis. float64 is rounded to float32. A name that the
+        text declares and the driver optimized out is ignored.
 
     Raises
     ------

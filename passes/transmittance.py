@@ -1,0 +1,40 @@
+"""The table of columns to the top of the air, for `Quality(transmittance="table")`."""
+
+from shadowatmo.passes.base import RenderPass
+from shadowatmo.passes.constants import glsl_array, medium_defines, medium_uniforms
+from shadowatmo.passes.gl.textures import Target
+from shadowatmo.quadrature import gauss_legendre
+
+TABLE_SIZE = (256, 64)  # zenith angle, altitude
+NODES = 40
+
+
+class TransmittanceTable(RenderPass):
+    """Columns of molecules, aerosols and ozone over altitude and zenith angle, made anew when the air changes."""
+
+    name = "transmittance"
+    outputs = ("column_table",)
+
+    def __init__(self, ctx, size=TABLE_SIZE):
+        super().__init__(ctx, size)
+        self.target = self.own(Target(ctx, size, color=("rgba32f",)))
+        self.target.color[0].filter = (ctx.LINEAR, ctx.LINEAR)
+        self._atmosphere = None
+
+    def draw(self, atmosphere, textures):
+        if atmosphere != self._atmosphere:
+            nodes, weights = gauss_legendre(NODES)
+            defines = {"HAS_TABLE_MAPPING": True, **medium_defines(atmosphere), "TERMS": 6, "NODE_COUNT": NODES}
+            defines |= {"NODE_VALUES": glsl_array(nodes), "WEIGHT_VALUES": glsl_array(weights)}
+            self.target.framebuffer.use()
+            self.fullscreen("transmittance.frag", defines, {**medium_uniforms(atmosphere), "u_table_size": self.size})
+            self._atmosphere = atmosphere
+        textures["column_table"] = self.target.color[0]
+
+
+def table_samplers(uniforms, textures) -> dict:
+    """Return the table's sampler where there is a table, and add its size to `uniforms`."""
+    if "column_table" not in textures:
+        return {}
+    uniforms["u_table_size"] = textures["column_table"].size
+    return {"u_column_table": textures["column_table"]}

@@ -1,0 +1,178 @@
+"""The demo set as data: which pictures there are, what each one shows, and from where.
+
+Each picture is chosen to show one thing that an atmosphere must get right. Cameras stand at real places; suns are set
+by azimuth and elevation at the camera, or along an axis of the planet where only their angle to the camera matters.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from shadowatmo.camera import Camera
+from shadowatmo.errors import ParameterError
+from shadowatmo.places import bearing, place
+from shadowatmo.scene import Scene
+from shadowatmo.worlds import WORLDS
+
+DEG = math.pi / 180.0
+
+
+@dataclass(frozen=True)
+class Picture:
+    """One picture of the set.
+
+    Parameters
+    ----------
+    name : str
+        Also the name of the file.
+    caption : str
+        What it shows.
+    scene, camera : Scene, Camera
+        What is drawn and from where.
+    quality : dict
+        What this picture needs changed in the quality that the whole set is drawn with.
+    style : str
+        "color": the tonemapped frame; "widths": lit and shadowed widths in false color.
+    exposure : float, optional
+        Factor on radiance; None: automatic.
+    """
+
+    name: str
+    caption: str
+    scene: Scene
+    camera: Camera
+    quality: dict = field(default_factory=dict)
+    style: str = "color"
+    exposure: float | None = None
+
+
+def _above(world, latitude, longitude, height) -> np.ndarray:
+    """Return the point (3,) [m] at a height above the ground [m]; angles in degrees."""
+    planet = WORLDS[world]
+    below = place(planet.radius, latitude * DEG, longitude * DEG)
+    return place(planet.radius, latitude * DEG, longitude * DEG, height + planet.ground.altitude(below))
+
+
+def _standing(world, at, sun, look, fov) -> dict:
+    """Return scene and camera at (latitude, longitude, height), for sun and look as (azimuth, elevation) [degrees]."""
+    position = _above(world, *at)
+    scene = WORLDS[world].scene(bearing(position, sun[0] * DEG, sun[1] * DEG))
+    forward = bearing(position, look[0] * DEG, look[1] * DEG)
+    return {"scene": scene, "camera": Camera(position=position, forward=forward, up=position, vertical_fov=fov * DEG)}
+
+
+def _facing(world, at, sun, fov, target=(0.0, 0.0, 0.0)) -> dict:
+    """Return scene and camera at `at` (3,) [radii] looking to `target` [radii], for a sun in a direction (3,)."""
+    planet = WORLDS[world]
+    camera = Camera(
+        position=np.multiply(at, planet.radius), target=np.multiply(target, planet.radius), vertical_fov=fov * DEG
+    )
+    return {"scene": planet.scene(sun), "camera": camera}
+
+
+def _globe(world, latitude, longitude, distance, sun, fov=45.0) -> dict:
+    """Return a globe seen from above a place [degrees] at a distance [radii]; the sun stands over (latitude, longitude)."""
+    toward = place(1.0, sun[0] * DEG, sun[1] * DEG)
+    return _facing(world, place(distance, latitude * DEG, longitude * DEG), toward, fov)
+
+
+def pictures() -> tuple[Picture, ...]:
+    """Return the whole set, in the order in which it is drawn."""
+    return (*_earth(), *_paper(), *_mars())
+
+
+def _earth():
+    return (
+        Picture(
+            "earth_orbit_day",
+            "Africa by day from 13 500 km: blue haze thickens toward the limb, the terminator lies in the west.",
+            **_globe("earth", 15, 25, 3.12, (8, 62)),
+        ),
+        Picture(
+            "limb_sunset",
+            "Sunset from 400 km: the sun's disc stands in the air of the limb, ozone keeps the upper layers blue.",
+            **_standing("earth", (30, -10, 4e5), (285, -18.4), (290, -19.5), 24),
+        ),
+        Picture(
+            "shadow_side",
+            "The planet's shadow from the side, at 900 km: day ends at a dark cone that cuts through the air.",
+            **_standing("earth", (10, 95, 9e5), (276, -4.5), (10, -33), 50),
+        ),
+        Picture(
+            "ground_sunset",
+            "Two metres above the ground, the sun 2 degrees up.",
+            **_standing("earth", (-33.0, -68.9, 2.0), (268, 2.5), (264, 5), 40),
+        ),
+        Picture(
+            "altitude_10km",
+            "From 10 km: aerial perspective over land and water, and a horizon 360 km away.",
+            **_standing("earth", (28.6, 33.0, 1e4), (250, 35), (120, -9), 55),
+        ),
+    )
+
+
+def _paper():
+    behind = (-40.0, 0.45, 0.2)
+    return (
+        Picture(
+            "night_ring",
+            "The night side from 250 000 km behind the planet: sunlight bends into a ring of twilight, the disc is dark.",
+            **_facing("earth", behind, (1, 0, 0), 3.4),
+        ),
+        Picture(
+            "widths",
+            "Path lengths that the depth passes find: amber where the air is lit, blue where the planet shades it.",
+            **_facing("earth", (-0.6, -2.6, 1.0), (1, 0, 0), 50),
+            style="widths",
+        ),
+        Picture(
+            "method_widths",
+            "The published method: brightness by widths alone, 3 (lit + 0.2 shadowed).",
+            **_globe("earth", 15, 25, 3.12, (8, 62)),
+            quality={"method": "widths"},
+        ),
+        Picture(
+            "camera_inside_cone",
+            "Inside the planet's umbra: no cap is missing although the near plane cuts the shadow volume.",
+            **_facing("earth", (-0.7, 0.75, 0.2), (1, 0, 0), 60, (0.3, 1.2, 0.2)),
+            quality={"shadow": "cone"},
+        ),
+        Picture(
+            "very_close",
+            "Ten metres above the top of the air: no steps between layers although the near plane almost touches it.",
+            **_standing("earth", (20, -60, 60010.0), (90, 8), (60, -12), 50),
+        ),
+    )
+
+
+def _mars():
+    return (
+        Picture(
+            "mars_day",
+            "Mars from 300 km by day: a dusty limb, thin air.",
+            **_standing("mars", (-12, -70, 3e5), (250, 40), (300, -25), 50),
+        ),
+        Picture(
+            "mars_sunset",
+            "Sunset on Mars from two metres: dust that scatters forward and absorbs blue.",
+            **_standing("mars", (-4.6, 137.4, 2.0), (280, 3), (277, 6), 45),
+        ),
+    )
+
+
+def select(names=None) -> tuple[Picture, ...]:
+    """Return the pictures of the given names in the set's order; all without names.
+
+    Raises
+    ------
+    ParameterError
+        If a name is unknown; the message lists the known ones.
+    """
+    known = pictures()
+    if names is None:
+        return known
+    for name in names:
+        if name not in {p.name for p in known}:
+            raise ParameterError("picture", name, "one of " + ", ".join(p.name for p in known))
+    return tuple(p for p in known if p.name in names)

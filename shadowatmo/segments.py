@@ -1,0 +1,130 @@
+"""Float64 twin of shaders/segments.glsl: single scattering over lit pieces by Gauss-Legendre nodes in a sinh map."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from shadowatmo.medium import densities, extinction, scattering
+from shadowatmo.phase import mie_phase, rayleigh_phase
+from shadowatmo.quadrature import cumulative_matrix, gauss_legendre
+from shadowatmo.ray import altitude_of, k_along
+from shadowatmo.transmittance import columns_to_top, ozone_crossings, ozone_to
+
+
+@dataclass(frozen=True, eq=False)
+class SinhMap:
+    """t = center + width sinh(start + span s) for s in 0..1; fields (N,), lengths [m]."""
+
+    center: np.ndarray
+    width: np.ndarray
+    start: np.ndarray
+    span: np.ndarray
+
+
+def dominant_layer(atmosphere) -> tuple[float, float]:
+    """Return scale height [m] and extinction [1/m] of the layer with the largest vertical optical depth."""
+    layers = [
+        (atmosphere.rayleigh_scale_height, max(atmosphere.rayleigh_scattering)),
+        (atmosphere.mie_scale_height, max(atmosphere.mie_extinction)),
+    ]
+    return max(layers, key=lambda layer: layer[0] * layer[1])
+
+
+def make_map(atmosphere, ray, near, far) -> SinhMap:
+    """Return the map of pieces [near, far] (N,) [m] of rays."""
+    scale, beta = dominant_layer(atmosphere)
+    lowest = np.clip(-ray.x, near, far)
+    altitude = altitude_of(atmosphere, k_along(ray, lowest))
+    r = atmosphere.bottom_radius + altitude
+    bump = np.sqrt(r * scale)
+    center = np.clip(-ray.x - 0.45 * bump * np.log1p(beta * bump * np.exp(-altitude / scale)), near, far)
+    slope = (ray.x + lowest) / r
+    width = np.hypot(0.9 * scale / np.sqrt(slope * slope + 0.5 * scale / r), 0.5 * (center - lowest))
+    start = np.arcsinh((near - center) / width)
+    return SinhMap(center, width, start, np.arcsinh((far - center) / width) - start)
+
+
+def map_node(sinh_map, s):
+    """Return t [m] and dt/ds [m] of nodes s (n,), each (N, n)."""
+    u = sinh_map.start[:, None] + sinh_map.span[:, None] * s
+    width = sinh_map.width[:, None]
+    return sinh_map.center[:, None] + width * np.sinh(u), width * sinh_map.span[:, None] * np.cosh(u)
+
+
+@dataclass(eq=False)
+class Inscatter:
+    """Integrals of density x transmittance to the eye x transmittance to the sun (N, 3) [m], and columns (N, 3) [m]."""
+
+    rayleigh: np.ndarray
+    mie: np.ndarray
+    columns: np.ndarray
+
+
+def no_inscatter(count) -> Inscatter:
+    """Return the sum before the first piece."""
+    return Inscatter(*(np.zeros((count, 3)) for _ in range(3)))
+
+
+def node_steps(atmosphere, ray, near, far, count):
+    """Return t (N, n) [m] of a piece's nodes, and density x dt/ds there for molecules and aerosols (N, n, 2) [m]."""
+    t, dt = map_node(make_map(atmosphere, ray, near, far), gauss_legendre(count)[0])
+    altitude = altitude_of(atmosphere, k_along_nodes(ray, t))
+    return t, densities(atmosphere, altitude)[..., :2] * dt[..., None]
+
+
+def k_along_nodes(ray, t):
+    """Return k [m^2] at distances t (N, n) [m]."""
+    return ray.k[:, None] + t * (t + 2.0 * ray.x[:, None])
+
+
+def pass_gap(atmosphere, ray, near, far, total, count):
+    """Add the columns of pieces that send no light of their own."""
+    _, steps = node_steps(atmosphere, ray, near, far, count)
+    total.columns[:, :2] += np.einsum("j,njs->ns", gauss_legendre(count)[1], steps)
+
+
+def add_lit(atmosphere, ray, sun_height, sun_cosine, near, far, total, count, terms=6, subtract_top=True):
+    """Add inscatter and columns of lit pieces; sun_height, sun_cosine (N,) = P . s [m] at the base point and d . s."""
+    weights = gauss_legendre(count)[1]
+    t, steps = node_steps(atmosphere, ray, near, far, count)
+    y = sun_height[:, None] + sun_cosine[:, None] * t
+    columns = columns_to_top(atmosphere, k_along_nodes(ray, t), y, terms, subtract_top)
+    columns[..., :2] += total.columns[:, None, :2] + np.einsum("ij,njs->nis", cumulative_matrix(count), steps)
+    if atmosphere.ozone is not None:
+        tangent_k, x = np.broadcast_to(ray.tangent_k[:, None], t.shape), ray.x[:, None] + t
+        crossings = ozone_crossings(atmosphere, tangent_k)
+        before = ozone_to(atmosphere, tangent_k, crossings, np.broadcast_to(ray.x[:, None], t.shape))
+        columns[..., 2] += ozone_to(atmosphere, tangent_k, crossings, x) - before
+    light = weights[:, None] * np.exp(-columns @ extinction(atmosphere))
+    total.rayleigh += np.einsum("nic,ni->nc", light, steps[..., 0])
+    total.mie += np.einsum("nic,ni->nc", light, steps[..., 1])
+    total.columns[:, :2] += np.einsum("j,njs->ns", weights, steps)
+
+
+def finish_columns(atmosphere, ray, end, total):
+    """Set the ozone's column of the whole path, base point to `end` (N,) [m]."""
+    if atmosphere.ozone is not None:
+        crossings = ozone_crossings(atmosphere, ray.tangent_k)
+        inside = ozone_to(atmosphere, ray.tangent_k, crossings, ray.x + end)
+        total.columns[:, 2] = inside - ozone_to(atmosphere, ray.tangent_k, crossings, ray.x)
+
+
+def apply_phases(atmosphere, total, nu):
+    """Return radiance (N, 3) per unit irradiance [1/sr]."""
+    rayleigh, mie = scattering(atmosphere)
+    return (
+        rayleigh_phase(nu)[:, None] * rayleigh * total.rayleigh
+        + mie_phase(nu, atmosphere.mie_g)[:, None] * mie * total.mie
+    )
+
+
+def scatter(atmosphere, ray, sun_height, sun_cosine, cuts, nodes=16, gap_nodes=8):
+    """Return transmittance (N, 3) and radiance (N, 3) of paths cut at `cuts` (N, 4) [m]: near, shadow, light, far."""
+    total = no_inscatter(len(cuts))
+    near, dark, light, far = np.asarray(cuts, np.float64).T
+    add_lit(atmosphere, ray, sun_height, sun_cosine, near, dark, total, nodes)
+    pass_gap(atmosphere, ray, dark, light, total, gap_nodes)
+    add_lit(atmosphere, ray, sun_height, sun_cosine, light, far, total, nodes)
+    finish_columns(atmosphere, ray, far, total)
+    transmittance = np.exp(-total.columns @ extinction(atmosphere))
+    return transmittance, apply_phases(atmosphere, total, sun_cosine)

@@ -1,0 +1,133 @@
+"""Float64 twin of shaders/transmittance.glsl: columns of air from a point towards the sun, in closed form.
+
+A point and a direction are given by k = r^2 - R^2 [m^2] and y = r mu_s [m]; see the shader for the derivation. Columns
+are in metres at altitude 0: molecules, aerosols, ozone (at its peak). The fits of E and kappa are our own: with 4 terms
+the column's relative error is 5e-4, with 6 it is 2e-5, for r/H above a few hundred.
+"""
+
+import numpy as np
+
+from shadowatmo.medium import densities, extinction
+from shadowatmo.ray import altitude_of, far_root, k_of, safe_sqrt
+
+# t = 1/(1 + p z) and the coefficients of t, t^2, ... in sqrt(pi) exp(z^2) erfc(z)
+EXPONENTIAL_INTEGRAL = {
+    4: (0.749563, (0.74999401, 0.72509822, 0.75344855, -0.4570285)),
+    6: (0.460463, (0.4604722, 0.45956096, 0.4267281, 0.22249795, 0.42758318, -0.22441785)),
+}
+GAUSS_2 = 1.0 / np.sqrt(3.0)
+
+
+def exponential_integral(z, terms):
+    """Return sqrt(pi) exp(z^2) erfc(z), z >= 0, by a rational fit."""
+    p, coefficients = EXPONENTIAL_INTEGRAL[terms]
+    t = 1.0 / (1.0 + p * z)
+    total = 0.0
+    for c in reversed(coefficients):
+        total = t * (c + total)
+    return total
+
+
+def curvature(z, terms):
+    """Return kappa(z), the first correction of the column in H/r."""
+    if terms == 6:
+        return (0.375 + z * (0.64674 + 0.43184 * z)) / (1.0 + z * (0.62824 + 0.43184 * z))
+    return (0.375 + 1.4714 * z) / (1.0 + 1.4714 * z)
+
+
+def scale_heights(atmosphere):
+    """Return the scale heights [m] of molecules and aerosols, (2,)."""
+    return np.array([atmosphere.rayleigh_scale_height, atmosphere.mie_scale_height])
+
+
+def upward_columns(atmosphere, altitude, y, terms):
+    """Return the columns (N, 2) [m] of both layers to infinity, y >= 0."""
+    heights = scale_heights(atmosphere)
+    r = np.asarray(atmosphere.bottom_radius + altitude)[..., None]
+    scale = np.sqrt(2.0 * heights * r)
+    z = np.asarray(y)[..., None] / scale
+    shape = exponential_integral(z, terms) * (1.0 + curvature(z, terms) * heights / r)
+    return 0.5 * scale * np.exp(-np.maximum(altitude, 0.0)[..., None] / heights) * shape
+
+
+def layer_columns(atmosphere, k, y, terms, subtract_top):
+    """Return the columns (N, 2) [m] of both layers to infinity, or to the top of the air."""
+    floor = -0.5 * atmosphere.mie_scale_height * atmosphere.bottom_radius
+    lowest = altitude_of(atmosphere, np.maximum(k - y * y, floor))
+    outward = upward_columns(atmosphere, altitude_of(atmosphere, k), np.abs(y), terms)
+    through = 2.0 * upward_columns(atmosphere, lowest, np.zeros_like(y), terms) - outward
+    columns = np.where((y < 0.0)[..., None], through, outward)
+    if subtract_top:
+        y_top = safe_sqrt(k_of(atmosphere, atmosphere.thickness) - k + y * y)
+        columns = columns - upward_columns(atmosphere, np.full_like(y, atmosphere.thickness), y_top, terms)
+    return np.maximum(columns, 0.0)
+
+
+def ozone_piece(atmosphere, tangent_k, start, end):
+    """Return the tent's column [m] between two distances from the tangent point, by two Gauss points."""
+    middle, half_width = 0.5 * (start + end), 0.5 * (end - start)
+    density = [
+        densities(atmosphere, altitude_of(atmosphere, tangent_k + (middle + s * GAUSS_2 * half_width) ** 2))[..., 2]
+        for s in (-1.0, 1.0)
+    ]
+    return half_width * (density[0] + density[1])
+
+
+def ozone_crossings(atmosphere, tangent_k):
+    """Return the distances (N, 3) [m] from the tangent point at which the tent begins, peaks and ends."""
+    layer = atmosphere.ozone
+    levels = np.clip(layer.center + layer.half_width * np.array([-1.0, 0.0, 1.0]), 0.0, atmosphere.thickness)
+    return safe_sqrt(k_of(atmosphere, levels) - np.asarray(tangent_k)[..., None])
+
+
+def ozone_to(atmosphere, tangent_k, crossings, x):
+    """Return the tent's column [m] from the tangent point out to |x|, with the sign of x."""
+    c = np.minimum(crossings, np.abs(x)[..., None])
+    inner = ozone_piece(atmosphere, tangent_k, c[..., 0], c[..., 1])
+    outer = ozone_piece(atmosphere, tangent_k, c[..., 1], c[..., 2])
+    return np.where(x < 0.0, -1.0, 1.0) * (inner + outer)
+
+
+def ozone_to_top(atmosphere, k, y):
+    """Return the tent's column [m] from a point to the top of the air."""
+    tangent_k = k - y * y
+    crossings = ozone_crossings(atmosphere, tangent_k)
+    whole = ozone_to(atmosphere, tangent_k, crossings, np.full_like(y, 1e18))
+    return np.maximum(whole - ozone_to(atmosphere, tangent_k, crossings, y), 0.0)
+
+
+def columns_to_top(atmosphere, k, y, terms=6, subtract_top=True):
+    """Return the columns (N, 3) [m] of molecules, aerosols and ozone towards the sun, the ground ignored."""
+    k, y = np.broadcast_arrays(np.asarray(k, np.float64), np.asarray(y, np.float64))
+    ozone = np.zeros_like(y) if atmosphere.ozone is None else ozone_to_top(atmosphere, k, y)
+    return np.concatenate([layer_columns(atmosphere, k, y, terms, subtract_top), ozone[..., None]], axis=-1)
+
+
+def transmittance_to_top(atmosphere, k, y, terms=6, subtract_top=True):
+    """Return the transmittance (N, 3) from points to the top of the air, the ground ignored."""
+    return np.exp(-columns_to_top(atmosphere, k, y, terms, subtract_top) @ extinction(atmosphere))
+
+
+def table_coordinates(atmosphere, k, y, size):
+    """Return texture coordinates (N, 2) of the column table of `size` (columns, rows). Bruneton and Neyret 2008, 4."""
+    top_k = k_of(atmosphere, atmosphere.thickness)
+    rho, rho_top = safe_sqrt(k), np.sqrt(top_k)
+    nearest = atmosphere.thickness - altitude_of(atmosphere, np.maximum(k, 0.0))
+    to_top = far_root(y, k - top_k, safe_sqrt(y * y + top_k - k))
+    unit = [(to_top - nearest) / np.maximum(rho + rho_top - nearest, 1e-6 * rho_top), rho / rho_top]
+    size = np.asarray(size, np.float64)
+    return (np.clip(np.stack(unit, axis=-1), 0.0, 1.0) * (size - 1.0) + 0.5) / size
+
+
+def table_point(atmosphere, texel, size):
+    """Return k [m^2] and y [m] at texel centers (N, 2), counted from 0.5; the inverse of table_coordinates."""
+    unit = (np.asarray(texel, np.float64) - 0.5) / (np.asarray(size, np.float64) - 1.0)
+    top_k = k_of(atmosphere, atmosphere.thickness)
+    rho_top = np.sqrt(top_k)
+    rho = unit[..., 1] * rho_top
+    k = rho * rho
+    altitude = altitude_of(atmosphere, k)
+    nearest = atmosphere.thickness - altitude
+    to_top = nearest + unit[..., 0] * (rho + rho_top - nearest)
+    y = (top_k - k - to_top * to_top) / np.maximum(2.0 * to_top, 1e-6 * rho_top)
+    return k, np.clip(y, -rho, atmosphere.bottom_radius + altitude)
