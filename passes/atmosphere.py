@@ -38,12 +38,12 @@ class AtmosphereComposite(RenderPass):
 
     def __init__(self, ctx, size):
         super().__init__(ctx, size)
-        self.target = self.own(Target(ctx, size, color=("rgba32f",)))
-        self._framebuffers = {}
+        self.target = None
 
     def draw(self, view, textures, sun, first):
-        framebuffer = self._framebuffer(textures["class"])
-        framebuffer.use()
+        if self.target is None:
+            self.target = self.own(Target(self.ctx, self.size, color=("rgba32f",), depth=textures["class"]))
+        self.target.framebuffer.use()
         samplers = {"u_cuts": textures["cuts"]}
         defines, uniforms = self._common(view, sun)
         if first and "background" in textures:
@@ -71,14 +71,6 @@ class AtmosphereComposite(RenderPass):
         self.ctx.disable(moderngl.BLEND)
         self.ctx.blend_func = moderngl.ONE, moderngl.ZERO
         textures["color"] = self.target.color[0]
-
-    def _framebuffer(self, class_depth):
-        """Return our color target with the widths pass's classes as its depth, which it must not write."""
-        if class_depth not in self._framebuffers:
-            framebuffer = self.own(self.ctx.framebuffer(self.target.color, class_depth))
-            framebuffer.depth_mask = False
-            self._framebuffers[class_depth] = framebuffer
-        return self._framebuffers[class_depth]
 
     @staticmethod
     def _common(view, sun):

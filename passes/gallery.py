@@ -40,9 +40,10 @@ class Gallery:
         frame = self._renderer(picture).render(picture.camera)
         if not np.isfinite(frame.numpy()).all():
             raise PassError(f"picture {picture.name} has pixels that are not finite; please report it")
-        if picture.style == "widths":
-            return widths_image(frame.read("lit_width")[..., 0], frame.read("shadow_width")[..., 0])
-        return frame.image(picture.exposure)
+        color = None if picture.style == "widths" else frame.image(picture.exposure)
+        if picture.style == "color":
+            return color
+        return widths_image(frame.read("lit_width")[..., 0], frame.read("shadow_width")[..., 0], color)
 
     def _renderer(self, picture) -> Renderer:
         """Return the renderer of a picture's quality, set to its scene."""

@@ -69,7 +69,7 @@ class Renderer:
     def scene(self, scene):
         instance("scene", scene, Scene, "a Scene")
         before, self._scene = getattr(self, "_scene", None), scene
-        if before is not None and (before.surface, len(before.suns)) != (scene.surface, len(scene.suns)):
+        if before is not None and before.surface != scene.surface:
             with preserve_state(self.ctx):
                 self._release("planet")
                 self._make_passes()
@@ -89,8 +89,6 @@ class Renderer:
         for step in self.plan.steps:
             if step.name not in self._passes:
                 self._passes[step.name] = makers[step.name]()
-        if len(self.scene.suns) > 1 and "further_widths" not in self._passes:
-            self._passes["further_widths"] = makers["widths"]()
 
     @property
     def plan(self) -> Plan:
@@ -169,13 +167,12 @@ class Renderer:
             textures["background"] = textures["planet_color"]
         if "atmosphere_back_depth" in self._passes:
             self._passes["atmosphere_back_depth"].draw(view, textures)
-        for number, sun in enumerate(self.scene.suns):
-            first = number == 0
-            mine = textures if first else dict(textures)  # the frame keeps the widths of sun 0
-            for name in ("shadow_back_depth", "shadow_front_depth", "widths" if first else "further_widths"):
+        # The first sun comes last, so that the textures of widths that remain are its own.
+        for number, sun in enumerate(reversed(self.scene.suns)):
+            for name in ("shadow_back_depth", "shadow_front_depth", "widths"):
                 if name in self._passes:
-                    self._passes[name].draw(view, mine, sun)
-            self._passes["atmosphere"].draw(view, mine, sun, first)
+                    self._passes[name].draw(view, textures, sun)
+            self._passes["atmosphere"].draw(view, textures, sun, first=number == 0)
         return textures
 
     def _copy(self, texture, framebuffer):
@@ -211,10 +208,12 @@ class Renderer:
 
     def close(self) -> None:
         """Release everything that the renderer made; a second call does nothing."""
-        self._closed = True
-        self.frame_number = -1
-        for name in list(self._passes):
-            self._release(name)
+        if self._closed:
+            return
+        self._closed, self.frame_number = True, -1
+        with preserve_state(self.ctx):
+            for name in list(self._passes):
+                self._release(name)
 
     def __enter__(self) -> "Renderer":
         return self

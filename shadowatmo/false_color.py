@@ -1,4 +1,4 @@
-"""Pictures of numbers: the widths of lit and shadowed air in false color, legends, and a contact sheet with captions."""
+"""Pictures of numbers: widths of lit and shadowed air in false color with a legend, and sheets of captioned pictures."""
 
 import math
 
@@ -36,10 +36,12 @@ def false_color(lit, shadow, longest) -> np.ndarray:
     return shares[0] * LIT + shares[1] * SHADOWED
 
 
-def widths_image(lit, shadow) -> Image.Image:
-    """Return the widths (h, w) [m] of a frame in false color, with a legend in metres."""
+def widths_image(lit, shadow, left=None) -> Image.Image:
+    """Return the widths (h, w) [m] of a frame in false color, with a legend in metres; the left half may be another."""
     longest = round_up(max(float(np.max(lit)), float(np.max(shadow)), 1.0))
     image = Image.fromarray(encode_srgb(false_color(lit, shadow, longest)))
+    if left is not None:
+        image.paste(left.crop((0, 0, image.width // 2, image.height)), (0, 0))
     draw_legend(image, longest)
     return image
 
@@ -68,10 +70,10 @@ def draw_legend(image, longest) -> None:
         strip = np.repeat(colors[None], max(line // 2, 1), axis=0)
         image.paste(Image.fromarray(strip), (left, y + int(1.25 * line)))
     y = top + int(4.1 * line)
-    for share in (0.0, 0.25, 0.5, 1.0):
+    for share in (0.0, 0.5, 1.0):
         x = left + share * (bar - 1)
         draw.line((x, y - line // 4, x, y), INK)
-        draw.text((x, y), metres(share * longest), INK, letters, anchor="la" if share < 1.0 else "ma")
+        draw.text((x, y), metres(share * longest), INK, letters, anchor="la" if share < 1.0 else "ra")
 
 
 def metres(value) -> str:

@@ -33,7 +33,8 @@ class Picture:
     quality : dict
         What this picture needs changed in the quality that the whole set is drawn with.
     style : str
-        "color": the tonemapped frame; "widths": lit and shadowed widths in false color.
+        "color": the tonemapped frame; "widths": lit and shadowed widths in false color; "split": the frame on the left
+        and its widths on the right.
     exposure : float, optional
         Factor on radiance; None: automatic.
     """
@@ -62,17 +63,16 @@ def _standing(world, at, sun, look, fov) -> dict:
     return {"scene": scene, "camera": Camera(position=position, forward=forward, up=position, vertical_fov=fov * DEG)}
 
 
-def _facing(world, at, sun, fov, target=(0.0, 0.0, 0.0)) -> dict:
+def _facing(world, at, sun, fov, target=(0.0, 0.0, 0.0), up=(0.0, 0.0, 1.0)) -> dict:
     """Return scene and camera at `at` (3,) [radii] looking to `target` [radii], for a sun in a direction (3,)."""
     planet = WORLDS[world]
-    camera = Camera(
-        position=np.multiply(at, planet.radius), target=np.multiply(target, planet.radius), vertical_fov=fov * DEG
-    )
+    position, target = np.multiply(at, planet.radius), np.multiply(target, planet.radius)
+    camera = Camera(position=position, target=target, up=up, vertical_fov=fov * DEG)
     return {"scene": planet.scene(sun), "camera": camera}
 
 
 def _globe(world, latitude, longitude, distance, sun, fov=45.0) -> dict:
-    """Return a globe seen from above a place [degrees] at a distance [radii]; the sun stands over (latitude, longitude)."""
+    """Return a globe from above a place [degrees] at a distance [radii]; the sun stands over (latitude, longitude)."""
     toward = place(1.0, sun[0] * DEG, sun[1] * DEG)
     return _facing(world, place(distance, latitude * DEG, longitude * DEG), toward, fov)
 
@@ -97,17 +97,17 @@ def _earth():
         Picture(
             "shadow_side",
             "The planet's shadow from the side, at 900 km: day ends at a dark cone that cuts through the air.",
-            **_standing("earth", (10, 95, 9e5), (276, -4.5), (10, -33), 50),
+            **_standing("earth", (10, 95, 9e5), (276, -4.5), (356, -29), 45),
         ),
         Picture(
             "ground_sunset",
-            "Two metres above the ground, the sun 2 degrees up.",
-            **_standing("earth", (-33.0, -68.9, 2.0), (268, 2.5), (264, 5), 40),
+            "Two metres above the plain of Mendoza: the sun stands 2.3 degrees high, above the Andes.",
+            **_standing("earth", (-33.0, -68.4, 2.0), (264, 2.3), (268, 4), 28),
         ),
         Picture(
             "altitude_10km",
-            "From 10 km: aerial perspective over land and water, and a horizon 360 km away.",
-            **_standing("earth", (28.6, 33.0, 1e4), (250, 35), (120, -9), 55),
+            "From 10 km over the Red Sea: the distance turns land and water blue, the horizon is 360 km away.",
+            **_standing("earth", (28.2, 33.6, 1e4), (110, 35), (330, -14), 60),
         ),
     )
 
@@ -117,13 +117,13 @@ def _paper():
     return (
         Picture(
             "night_ring",
-            "The night side from 250 000 km behind the planet: sunlight bends into a ring of twilight, the disc is dark.",
+            "The night side from 250 000 km: air beyond the limb is lit all around and rings the dark disc.",
             **_facing("earth", behind, (1, 0, 0), 3.4),
         ),
         Picture(
             "widths",
             "Path lengths that the depth passes find: amber where the air is lit, blue where the planet shades it.",
-            **_facing("earth", (-0.6, -2.6, 1.0), (1, 0, 0), 50),
+            **_facing("earth", (-0.35, -1.35, 0.4), (1, 0, 0), 50, (-0.1, -0.2, 0.75)),
             style="widths",
         ),
         Picture(
@@ -134,14 +134,16 @@ def _paper():
         ),
         Picture(
             "camera_inside_cone",
-            "Inside the planet's umbra: no cap is missing although the near plane cuts the shadow volume.",
-            **_facing("earth", (-0.7, 0.75, 0.2), (1, 0, 0), 60, (0.3, 1.2, 0.2)),
+            "From within the planet's umbra: no cap is missing where the near plane cuts the cone (right: widths).",
+            **_facing("earth", (-0.2, 0.995, 0.0), (1, 0, 0), 40, (0.3, 0.95, 0.0), (0.0, 1.0, 0.0)),
+            style="split",
             quality={"shadow": "cone"},
         ),
         Picture(
             "very_close",
-            "Ten metres above the top of the air: no steps between layers although the near plane almost touches it.",
+            "Ten metres above the top of the air: no steps between layers where it almost touches the near plane.",
             **_standing("earth", (20, -60, 60010.0), (90, 8), (60, -12), 50),
+            style="split",
         ),
     )
 
@@ -151,7 +153,7 @@ def _mars():
         Picture(
             "mars_day",
             "Mars from 300 km by day: a dusty limb, thin air.",
-            **_standing("mars", (-12, -70, 3e5), (250, 40), (300, -25), 50),
+            **_standing("mars", (-12, -70, 3e5), (250, 20), (280, -24), 45),
         ),
         Picture(
             "mars_sunset",

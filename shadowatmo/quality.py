@@ -64,7 +64,7 @@ class Quality:
 NAMED = {
     "fast": Quality(nodes=6, depth="analytic"),
     "balanced": Quality(),
-    "accurate": Quality(nodes=16, gap_nodes=8, terms=6),
+    "accurate": Quality(nodes=20, gap_nodes=10, terms=6),
 }
 
 

@@ -13,7 +13,7 @@ from shadowatmo.camera import Camera
 from shadowatmo.places import Ground, azimuth_elevation, bearing, local_axes, rotate
 
 LOWEST, HIGHEST = 2.0, 1e8  # m above the ground
-NADIR_ABOVE, HORIZON_BELOW = 1e7, 1e3  # m: an orbiting camera looks down above the one and ahead below the other
+NADIR_ABOVE, HORIZON_BELOW = 1e7, 1e5  # m: an orbiting camera looks down above the one and ahead below the other
 HIGHEST_LOOK = math.radians(170.0)  # of an orbiting camera's view axis from straight down
 STEEPEST = math.radians(89.0)  # of a flying camera's pitch
 WHEEL_STEP = 1.25  # factor on the altitude of one notch of the wheel

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import moderngl
 import pytest
+
+from shadowatmo.errors import ContextError, ParameterError, PassError, ShaderError, ShadowAtmoError
 from shadowatmo.passes.gl import context as context_module
 from shadowatmo.passes.gl.context import (
     check_alive,
@@ -15,8 +17,6 @@ from shadowatmo.passes.gl.context import (
     is_software,
     open_context,
 )
-
-from shadowatmo.errors import ContextError, ParameterError, PassError, ShaderError, ShadowAtmoError
 
 ROOT = Path(__file__).resolve().parent.parent
 

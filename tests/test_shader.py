@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+
+from shadowatmo.errors import ShaderError
 from shadowatmo.passes.gl.shader import (
     Fullscreen,
     build_program,
@@ -12,8 +14,6 @@ from shadowatmo.passes.gl.shader import (
 from shadowatmo.passes.gl.source import LINE_STRIDE, read_shader
 from shadowatmo.passes.gl.state import preserve_state
 from shadowatmo.passes.gl.textures import Target
-
-from shadowatmo.errors import ShaderError
 
 VERSION = "#version 330 core\n"
 

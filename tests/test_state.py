@@ -7,12 +7,12 @@ guard forgets shows up as a difference.
 import moderngl
 import numpy as np
 import pytest
+
 from shadowatmo.passes.gl.context import context_store
 from shadowatmo.passes.gl.functions import gl_functions
 from shadowatmo.passes.gl.shader import Fullscreen, bind_textures, build_program, release_programs
 from shadowatmo.passes.gl.state import preserve_state, state_items
 from shadowatmo.passes.gl.textures import Target
-
 from tests.gl_state import TEXTURE_TARGETS, HostObjects, difference, flags_of, snapshot
 
 PAINT = """#version 330 core

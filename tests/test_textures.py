@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+
+from shadowatmo.errors import ContextError, ParameterError
 from shadowatmo.passes.gl.functions import gl_functions
 from shadowatmo.passes.gl.shader import (
     Fullscreen,
@@ -12,8 +14,6 @@ from shadowatmo.passes.gl.shader import (
 )
 from shadowatmo.passes.gl.state import preserve_state
 from shadowatmo.passes.gl.textures import COLOR_FORMATS, Target
-
-from shadowatmo.errors import ContextError, ParameterError
 
 WRITE = """#version 330 core
 uniform float u_depth;

@@ -3,6 +3,8 @@
 import moderngl
 import numpy as np
 import pytest
+
+from shadowatmo.errors import ShaderError
 from shadowatmo.passes.gl.shader import (
     Fullscreen,
     bind_textures,
@@ -13,8 +15,6 @@ from shadowatmo.passes.gl.shader import (
 )
 from shadowatmo.passes.gl.state import preserve_state
 from shadowatmo.passes.gl.textures import Target
-
-from shadowatmo.errors import ShaderError
 
 VERSION = "#version 330 core\n"
 

@@ -8,9 +8,9 @@ import ctypes
 import sys
 
 from _moderngl import DefaultLoader
-from shadowatmo.passes.gl.context import check_alive, context_store
 
 from shadowatmo.errors import ContextError
+from shadowatmo.passes.gl.context import check_alive, context_store
 
 _FUNCTYPE = ctypes.WINFUNCTYPE if sys.platform.startswith("win") else ctypes.CFUNCTYPE
 

@@ -8,6 +8,8 @@ import os
 import re
 
 import moderngl
+
+from shadowatmo.errors import ShaderError
 from shadowatmo.passes.gl.context import context_store
 from shadowatmo.passes.gl.source import (
     LINE_STRIDE,
@@ -18,8 +20,6 @@ from shadowatmo.passes.gl.source import (
     compose_source,
 )
 from shadowatmo.passes.gl.uniforms import bind_textures, prepare_program, sampler_units, set_uniforms
-
-from shadowatmo.errors import ShaderError
 
 __all__ = ["Fullscreen", "ShaderSource", "bind_textures", "build_program", "compose_source",
            "release_programs", "sampler_units", "set_uniforms", "translate_log"]

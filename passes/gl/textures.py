@@ -10,10 +10,10 @@ from numbers import Integral
 
 import moderngl
 import numpy as np
-from shadowatmo.passes.gl.context import check_alive
-from shadowatmo.passes.gl.functions import GL_TEXTURE_2D, gl_functions
 
 from shadowatmo.errors import ContextError, ParameterError
+from shadowatmo.passes.gl.context import check_alive
+from shadowatmo.passes.gl.functions import GL_TEXTURE_2D, gl_functions
 
 # format -> (components, moderngl dtype, bytes per texel)
 COLOR_FORMATS = {"r32f": (1, "f4", 4), "rg32f": (2, "f4", 8), "rgba16f": (4, "f2", 8),
@@ -76,8 +76,9 @@ class Target:
     color : sequence of str
         Formats of the colour attachments: "r32f", "rg32f", "rgba16f", "rgba32f", "rgba8". May be empty where
         there is depth.
-    depth : str, optional
-        "d32f" (32-bit float, made for reversed depth) or "d24" (24-bit normalized), None for no depth.
+    depth : str or moderngl.Texture, optional
+        "d32f" (32-bit float, made for reversed depth) or "d24" (24-bit normalized), None for no depth; or the
+        depth texture of another target, which stays that target's and is not written here.
 
     Attributes
     ----------
@@ -101,11 +102,12 @@ class Target:
         self.ctx = ctx
         self.size = check_size(ctx, size)
         self.formats = (color,) if isinstance(color, str) else tuple(color)
-        self.depth_format = depth
+        self._borrowed = depth if isinstance(depth, moderngl.Texture) else None
+        self.depth_format = None if self._borrowed is not None else depth
         for form in self.formats:
             if form not in COLOR_FORMATS:
                 raise ParameterError("color", color, f"a sequence of {', '.join(COLOR_FORMATS)}")
-        if depth is not None and depth not in DEPTH_FORMATS:
+        if self.depth_format is not None and depth not in DEPTH_FORMATS:
             raise ParameterError("depth", depth, f"None or one of {', '.join(DEPTH_FORMATS)}")
         if not self.formats and depth is None:
             raise ParameterError("color", color, "at least one format where there is no depth")
@@ -122,7 +124,8 @@ class Target:
                 self.depth = self._depth_texture(gl)
             code = gl.GetError()
             if code == 0:
-                self.framebuffer = self.ctx.framebuffer(self.color, self.depth)
+                self.framebuffer = self.ctx.framebuffer(self.color, self.depth or self._borrowed)
+                self.framebuffer.depth_mask = self._borrowed is None
                 code = gl.GetError()
         except moderngl.Error as error:
             self.release()

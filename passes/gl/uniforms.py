@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import moderngl
 import numpy as np
-from shadowatmo.passes.gl.context import context_store
-from shadowatmo.passes.gl.functions import gl_functions
 
 from shadowatmo.errors import ShaderError
+from shadowatmo.passes.gl.context import context_store
+from shadowatmo.passes.gl.functions import gl_functions
 
 _SAMPLER_TYPES = frozenset((*range(0x8B5D, 0x8B65), *range(0x8DC0, 0x8DC6), *range(0x8DC9, 0x8DD9),
                             *range(0x900C, 0x9010), *range(0x9108, 0x910E)))

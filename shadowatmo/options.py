@@ -1,0 +1,101 @@
+"""What the command lines share: values typed by people, and errors in one line on stderr.
+
+An error says what, where, what was expected and what was got, and the remedy; a traceback comes with --debug only.
+"""
+
+import argparse
+import logging
+import os
+import re
+import sys
+import traceback
+
+from shadowatmo.errors import ShadowAtmoError
+
+FAILED, MISUSED = 1, 2  # exit statuses: something asked for was not done; the command line was wrong
+INTERRUPTED = 130
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser whose errors are one line."""
+
+    def error(self, message):
+        """Print the message and where to read more; exit with status 2."""
+        self.exit(MISUSED, f"{self.prog}: {' '.join(str(message).split())}; see `{self.prog} --help`\n")
+
+
+def size(text) -> tuple[int, int]:
+    """Return (width, height) of "1283x719"."""
+    match = re.fullmatch(r"\s*(\d{1,6})\s*[xX]\s*(\d{1,6})\s*", text)
+    if not match or not all(int(n) > 0 for n in match.groups()):
+        raise argparse.ArgumentTypeError(f"expected WIDTHxHEIGHT in pixels, as in 1283x719, got {text!r}")
+    return int(match[1]), int(match[2])
+
+
+def numbers(text) -> tuple[float, float, float]:
+    """Return three numbers of "1,2.5,-3e6"."""
+    try:
+        values = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        values = ()
+    if len(values) != 3:
+        raise argparse.ArgumentTypeError(f"expected three numbers X,Y,Z without blanks, got {text!r}")
+    return values
+
+
+def names(text) -> list[str]:
+    """Return the names of "a,b"."""
+    found = [part.strip() for part in text.split(",") if part.strip()]
+    if not found:
+        raise argparse.ArgumentTypeError(f"expected NAME or NAME,NAME, got {text!r}")
+    return found
+
+
+def has_display(environment=None, platform=None) -> bool:
+    """Return whether a window can be expected to open: always but on a Linux without X or Wayland."""
+    environment = os.environ if environment is None else environment
+    if not (platform or sys.platform).startswith("linux"):
+        return True
+    return bool(environment.get("DISPLAY") or environment.get("WAYLAND_DISPLAY"))
+
+
+def run(program, command, debug=False) -> int:
+    """Call `command()` and return its exit status; say on stderr, in one line, why it failed.
+
+    Parameters
+    ----------
+    program : str
+        Name that the line begins with.
+    command : callable
+        Returns an exit status, or None for 0.
+    debug : bool
+        Print the traceback too.
+    """
+    level = logging.INFO if debug else logging.ERROR  # warnings are said in the output proper, where they matter
+    logging.basicConfig(level=level, format=f"{program}: %(message)s")
+    try:
+        status = command() or 0
+        sys.stdout.flush()
+        return status
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or the interpreter complains on its way out
+        return FAILED
+    except Exception as error:
+        if debug:
+            traceback.print_exc()
+        print(f"{program}: {explain(error)}", file=sys.stderr)
+        return FAILED
+
+
+def explain(error) -> str:
+    """Return one line for an exception that the user should be able to act on."""
+    text = " ".join(str(error).split())
+    if isinstance(error, ShadowAtmoError):
+        return text
+    if isinstance(error, ModuleNotFoundError):
+        return f"the package {error.name} is missing; run `make setup`, or `pip install -e '.[demo]'` with this Python"
+    if isinstance(error, OSError) and error.filename is not None:
+        return f"cannot use {error.filename}: {error.strerror}; give another path, or mend its permissions"
+    return f"{type(error).__name__}: {text}; this is a fault of the program: run again with --debug and report it"
