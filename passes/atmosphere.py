@@ -1,7 +1,7 @@
-"""Pass 5, second half: the composite. Each class of pixels has a shader of its own, without loops or branches over pieces.
+"""Pass 5, second half: the composite. Each class of pixels has a shader of its own, without branches over pieces.
 
-The widths pass wrote the class of every pixel as a depth. Drawing one triangle per class with the depth test on equality
-shades exactly the pixels of that class: hardware and software rasterizers alike reject the others before shading.
+The widths pass wrote the class of every pixel as a depth. Drawing one triangle per class with the depth test on
+equality shades exactly the pixels of that class: hardware and software rasterizers alike reject the others early.
 """
 
 import math
@@ -53,13 +53,13 @@ class AtmosphereComposite(RenderPass):
             defines["HAS_SUN_DISC"] = True
             samplers["u_distance"] = textures["distance"]
             uniforms |= sun_disc_uniforms(view, sun)
-        method_defines, method_uniforms = METHODS[view.quality.method](view)
+        method_defines, method_uniforms, class_features = METHODS[view.quality.method](view)
         method_samplers = table_samplers(method_uniforms, textures)
         if not first:
             self.ctx.enable(moderngl.BLEND)
             self.ctx.blend_func = moderngl.ONE, moderngl.ONE, moderngl.ZERO, moderngl.ONE
         with depth_test(self.ctx, "=="):
-            for number, features in enumerate(CLASS_FEATURES):
+            for number, features in enumerate(class_features):
                 air = (method_defines, method_uniforms, method_samplers) if features else ({}, {}, {})
                 self.fullscreen(
                     "atmosphere.frag",
@@ -86,19 +86,23 @@ def sun_disc_uniforms(view, sun) -> dict:
 
 
 def segments_method(view):
-    """Return defines and uniforms of the method "segments"."""
+    """Return defines, uniforms and the features of each class of pixels for the method "segments"."""
     atmosphere, quality = view.scene.atmosphere, view.quality
     defines = {"HAS_SEGMENTS": True, **medium_defines(atmosphere)}
     defines |= {**transmittance_defines(atmosphere, quality), **segment_defines(quality)}
-    return defines, {**medium_uniforms(atmosphere), **segment_uniforms(atmosphere)}
+    return defines, {**medium_uniforms(atmosphere), **segment_uniforms(atmosphere)}, CLASS_FEATURES
 
 
 def widths_method(view):
-    """Return defines and uniforms of the method "widths"; white light on the display is a white wall in the sun."""
+    """Return the same for the method "widths", whose one formula serves every pixel of air.
+
+    A brightness of 1, white on the published display, is that of a white wall in the sun.
+    """
     nearest, farthest = view.air_range
     blue = max(view.scene.atmosphere.rayleigh_scattering) or 1.0
     color = [math.sqrt(c / blue) / math.pi for c in view.scene.atmosphere.rayleigh_scattering]
-    return {"HAS_WIDTHS": True}, {"u_air_color": (*color, WIDTHS_OPACITY), "u_range": farthest - nearest}
+    uniforms = {"u_air_color": (*color, WIDTHS_OPACITY), "u_range": farthest - nearest}
+    return {"HAS_WIDTHS": True}, uniforms, ({}, *[{"HAS_AIR": True}] * (len(CLASS_FEATURES) - 1))
 
 
 METHODS = {"segments": segments_method, "widths": widths_method}

@@ -7,7 +7,8 @@ from shadowatmo.ray import k_of
 from shadowatmo.segments import dominant_layer
 from shadowatmo.shadow import cylinder, umbra_cone
 
-TOP_DENSITY = 1e-5  # relative density at the top above which the closed form subtracts the column beyond it
+# by terms of the closed form: relative density at the top above which the column beyond it is worth subtracting
+TOP_DENSITY = {4: 1e-3, 6: 1e-5}
 
 
 def air_uniforms(atmosphere) -> dict:
@@ -49,8 +50,8 @@ def transmittance_defines(atmosphere, quality) -> dict:
     if quality.transmittance == "table":
         return {"HAS_TABLE": True, "HAS_TABLE_MAPPING": True}
     scale_height = max(atmosphere.rayleigh_scale_height, atmosphere.mie_scale_height)
-    dense_top = np.exp(-atmosphere.thickness / scale_height) > TOP_DENSITY
-    return {"TERMS": quality.terms, **({"HAS_TOP": True} if dense_top and quality.terms == 6 else {})}
+    dense_top = np.exp(-atmosphere.thickness / scale_height) > TOP_DENSITY[quality.terms]
+    return {"TERMS": quality.terms, **({"HAS_TOP": True} if dense_top else {})}
 
 
 def segment_defines(quality) -> dict:

@@ -77,11 +77,14 @@ class View:
 
     @cached_property
     def clip_planes(self) -> tuple[float, float]:
-        """Near and far [m] of our own depth; the far plane of the reversed one is infinite."""
+        """Near and far [m] of our own depth; the far plane of the reversed one is infinite.
+
+        The published one must have its near plane before whatever comes first: the air, or inside it the ground.
+        """
         if self.quality.depth_bits == 32:
             return REVERSED_NEAR, float("inf")
         nearest, farthest = self.air_range
-        return max(0.1 * nearest, 0.1 * max(self.altitude, 0.0), 0.1), 1.01 * farthest
+        return max(0.1 * (nearest or self.altitude), 0.1), 1.01 * farthest
 
     @cached_property
     def air_range(self) -> tuple[float, float]:

@@ -89,7 +89,8 @@ class Viewer:
         return path
 
     def close(self) -> None:
-        """Release everything that draws."""
+        """Release everything that draws; the next frame makes it anew."""
+        self.size = None
         for name in ("_renderer", "_meter"):
             if getattr(self, name) is not None:
                 getattr(self, name).close()

@@ -8,15 +8,13 @@ import logging
 import moderngl_window
 from moderngl_window.context.base import WindowConfig
 
-from shadowatmo.controls import KEYS, Controls
+from shadowatmo.controls import Controls, key_names
 from shadowatmo.errors import ContextError
 from shadowatmo.passes.gl.context import explain_failure
 from shadowatmo.passes.viewer import Viewer
 
 TITLE = "shadowatmo"
-BUTTONS = {1: "left", 2: "right", 3: "middle"}
 TITLE_INTERVAL = 0.25  # s between two changes of the title
-WINDOW_NAMES = {"tab": "TAB", "shift": "LEFT_SHIFT", "ctrl": "LEFT_CTRL"}  # where upper case is not all
 
 
 class ViewerWindow(WindowConfig):
@@ -61,7 +59,10 @@ class ViewerWindow(WindowConfig):
         name = self.names.get(key)
         if name is None:
             return
-        (self.controls.press if action == self.wnd.keys.ACTION_PRESS else self.controls.release)(name)
+        if action == self.wnd.keys.ACTION_PRESS:
+            self.controls.press(name)
+        elif action == self.wnd.keys.ACTION_RELEASE:
+            self.controls.release(name)
 
     def on_mouse_drag_event(self, x, y, dx, dy):
         """Hand a drag on, in picture heights."""
@@ -80,18 +81,6 @@ class ViewerWindow(WindowConfig):
     def on_close(self):
         """Release everything while the context is there."""
         self.viewer.close()
-
-
-def key_names(keys) -> dict:
-    """Return our names of keys by a backend's codes."""
-    names = {}
-    for name in KEYS:
-        code = getattr(keys, WINDOW_NAMES.get(name, name.upper()), "undefined")
-        if code != "undefined":
-            names[code] = name
-    if keys.RIGHT_SHIFT != "undefined":
-        names[keys.RIGHT_SHIFT] = "shift"
-    return names
 
 
 def make_class(controls, folder) -> type[ViewerWindow]:

@@ -20,9 +20,11 @@ struct Ray {
 
 float safe_sqrt(float v) { return sqrt(max(v, 0.0)); }
 
-// Altitude [m] of a point by its k. No difference of radii, so no cancellation.
+// Altitude [m] of a point by its k. No difference of radii, so no cancellation. The floor, half way down to the center,
+// only keeps the radius of a camera inside the planet away from zero.
 float altitude_of(float k) {
-  return k / (u_bottom_radius + safe_sqrt(u_bottom_radius * u_bottom_radius + k));
+  float square = u_bottom_radius * u_bottom_radius;
+  return k / (u_bottom_radius + sqrt(max(square + k, 0.25 * square)));
 }
 
 float k_along(Ray ray, float t) { return ray.k + t * (t + 2.0 * ray.x); }

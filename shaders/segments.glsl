@@ -31,9 +31,10 @@ float arsinh(float z) {
 SinhMap make_map(Ray ray, float near, float far) {
   float scale = u_dominant.x;
   float lowest = clamp(-ray.x, near, far);
-  float r = u_bottom_radius + altitude_of(k_along(ray, lowest));
+  float altitude = altitude_of(k_along(ray, lowest));
+  float r = u_bottom_radius + altitude;
   float bump = sqrt(r * scale);
-  float depth = u_dominant.y * bump * exp(-(r - u_bottom_radius) / scale);
+  float depth = u_dominant.y * bump * exp(-max(altitude, 0.0) / scale);
   SinhMap map;
   map.center = clamp(-ray.x - 0.45 * bump * log(1.0 + depth), near, far);
   float slope = (ray.x + lowest) / r;

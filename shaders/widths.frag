@@ -23,7 +23,8 @@ layout(location = 1) out float out_lit;
 layout(location = 2) out float out_shadow;
 layout(location = 3) out float out_distance;
 
-// Distance [m] from the camera to whatever solid the scene holds, the ground's sphere included.
+// Distance [m] from the camera to whatever solid the scene holds. The ground's sphere is part of it, solved and not
+// rasterized but for the published variant.
 float solid_distance(Pixel pixel, Ray ray) {
   float solid = NOTHING;
 #ifdef HAS_PLANET_DEPTH
@@ -31,6 +32,11 @@ float solid_distance(Pixel pixel, Ray ray) {
 #endif
 #ifdef HAS_HOST_DEPTH
   solid = min(solid, host_distance(pixel));
+#endif
+#ifdef HAS_PLANET_DEPTH
+#ifdef HAS_PUBLISHED_DEPTH
+  return solid;
+#endif
 #endif
   float ground = ground_distance(ray);
   return ray.air >= 0.0 && ground >= 0.0 ? min(solid, ray.start + ground) : solid;
@@ -42,7 +48,7 @@ void main() {
   float solid = solid_distance(pixel, ray);
 
 #ifdef HAS_DEPTH_TEXTURES
-  float air = own_distance(u_atmosphere_back, pixel) - ray.start;
+  float air = min(own_distance(u_atmosphere_back, pixel), u_clip_planes.y * pixel.stretch) - ray.start;
   vec2 shadow = vec2(own_distance(u_shadow_front, pixel), own_distance(u_shadow_back, pixel)) - ray.start;
 #else
   float air = ray.air;

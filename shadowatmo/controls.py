@@ -26,7 +26,7 @@ DEPTHS = (("textures", 32), ("textures", 24), ("analytic", 32))
 
 HELP = (
     ("drag, wheel", "orbit: move the ground, come nearer | fly: look around, narrow the view"),
-    ("right drag", "turn and tilt"),
+    ("right drag", "turn and tilt; or Shift and drag"),
     ("W A S D, Q E", "move; Q down, E up; Shift faster, Ctrl slower"),
     ("Tab", "orbit or fly"),
     ("arrows", "azimuth and elevation of the sun; Shift faster, Ctrl slower"),
@@ -203,6 +203,18 @@ _ACTIONS = {
     "r": "again", "f1": "help", "h": "help", "f12": "picture", "escape": "quit",
 }  # fmt: skip
 KEYS = (*MOVES, *SUN_KEYS, *FASTER, *_ACTIONS)  # every name that means something
+WINDOW_NAMES = {"shift": ("LEFT_SHIFT", "RIGHT_SHIFT"), "ctrl": ("LEFT_CTRL",)}  # where upper case is not all
+
+
+def key_names(keys) -> dict:
+    """Return our names of keys by the codes of moderngl-window's key constants, where a backend has them."""
+    names = {}
+    for name in KEYS:
+        for attribute in WINDOW_NAMES.get(name, (name.upper(),)):
+            code = getattr(keys, attribute, "undefined")
+            if code != "undefined":
+                names[code] = name
+    return names
 
 
 def _next(row, value):

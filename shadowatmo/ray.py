@@ -37,7 +37,7 @@ def k_of(atmosphere, altitude):
 def altitude_of(atmosphere, k):
     """Return the altitude [m] of a point by its k [m^2]."""
     radius = atmosphere.bottom_radius
-    return k / (radius + safe_sqrt(radius * radius + k))
+    return k / (radius + np.sqrt(np.maximum(radius * radius + k, 0.25 * radius * radius)))
 
 
 def k_along(ray, t):

@@ -37,7 +37,8 @@ def make_map(atmosphere, ray, near, far) -> SinhMap:
     altitude = altitude_of(atmosphere, k_along(ray, lowest))
     r = atmosphere.bottom_radius + altitude
     bump = np.sqrt(r * scale)
-    center = np.clip(-ray.x - 0.45 * bump * np.log1p(beta * bump * np.exp(-altitude / scale)), near, far)
+    depth = beta * bump * np.exp(-np.maximum(altitude, 0.0) / scale)
+    center = np.clip(-ray.x - 0.45 * bump * np.log1p(depth), near, far)
     slope = (ray.x + lowest) / r
     width = np.hypot(0.9 * scale / np.sqrt(slope * slope + 0.5 * scale / r), 0.5 * (center - lowest))
     start = np.arcsinh((near - center) / width)

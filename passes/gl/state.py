@@ -21,6 +21,7 @@ GUARDED_UNITS = 16  # texture units 0..15, plus the one moderngl works on
 
 _BLEND, _ZERO, _ONE, _FUNC_ADD, _LESS, _CCW, _FILL = 0x0BE2, 0, 1, 0x8006, 0x0201, 0x0901, 0x1B02
 _FRONT, _BACK, _FRONT_AND_BACK = 0x0404, 0x0405, 0x0408
+_LAST_VERTEX = 0x8E4E  # a rasterizer may round differently from another vertex on: same state, same bits
 _UNIFORM_BUFFER, _UNIFORM_BUFFER_BINDING, _SAMPLER_BINDING = 0x8A11, 0x8A28, 0x8919
 _DRAW_FRAMEBUFFER, _READ_FRAMEBUFFER, _DRAW_BINDING, _READ_BINDING = 0x8CA9, 0x8CA8, 0x8CA6, 0x8CAA
 _TEXTURE0, _ACTIVE_TEXTURE, _MAX_DRAW_BUFFERS, _ALL_BITS = 0x84C0, 0x84E0, 0x8824, 0xFFFFFFFF
@@ -269,7 +270,7 @@ def _raster_items(gl):
                _call(gl.SampleCoverage), None)
     yield Item("sample_mask_value", _indexed(gl.GetIntegeri_v, ctypes.c_int, 0x8E52, 0),
                _write_unsigned(gl.SampleMaski, 0), None)
-    yield Item("provoking_vertex", _integers(gl, 0x8E4F), _call(gl.ProvokingVertex), None)
+    yield Item("provoking_vertex", _integers(gl, 0x8E4F), _call(gl.ProvokingVertex), (_LAST_VERTEX,))
     yield Item("line_width", _floats(gl, 0x0B21), _call(gl.LineWidth), None)
     yield Item("point_size", _floats(gl, 0x0B11), _call(gl.PointSize), None)
     yield Item("clear_color", _floats(gl, 0x0C22, 4), _call(gl.ClearColor), None)

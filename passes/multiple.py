@@ -1,0 +1,261 @@
+"""Multiple scattering: solves the table of multiple.glsl on the GPU, order by order, when the air changes.
+
+The solve is a list of small draws (`steps`), so that a caller may spread them over frames. Each order is gathered from the
+table of the one before; its moments are kept, and their sum with a geometric tail is the final table. The constants of
+every linear step come from the twin in float64.
+"""
+
+import math
+
+import numpy as np
+
+from shadowatmo import multiple
+from shadowatmo.passes.base import RenderPass
+from shadowatmo.passes.constants import (
+    cone_uniforms,
+    glsl_array,
+    medium_defines,
+    medium_uniforms,
+    segment_defines,
+    segment_uniforms,
+    shadow_cone,
+    transmittance_defines,
+)
+from shadowatmo.passes.gl.textures import Target
+from shadowatmo.quadrature import cumulative_matrix
+from shadowatmo.quality import Quality
+
+OUTPUTS = ("multiple_table", "multiple_level", "ground_irradiance", "aureole_table")
+MEAN = 1.0 / math.sqrt(4.0 * math.pi)  # mean radiance of the zeroth harmonic
+BANDS = 4  # draws that a gather is cut into
+
+
+def multiple_defines(recipe) -> dict:
+    """Return the defines of multiple.glsl for the lookup of a recipe's table."""
+    return {"HAS_MULTIPLE": True, **_sizes(recipe), "AUREOLE_TEXELS": multiple.AUREOLE_TEXELS}
+
+
+def multiple_uniforms(atmosphere) -> dict:
+    """Return the uniforms that multiple.glsl adds to those of the medium."""
+    low, high = multiple.sun_range(atmosphere)
+    return {"u_sun_mapping": (multiple.SUN_WIDTH, low, high - low)}
+
+
+def multiple_samplers(textures) -> dict:
+    """Return the samplers of multiple.glsl."""
+    return {f"u_{name}": textures[name] for name in OUTPUTS}
+
+
+def path_defines(nodes, gap_nodes) -> dict:
+    """Return the quadrature constants of multiple_path.glsl."""
+    values = segment_defines(Quality(nodes=nodes, gap_nodes=gap_nodes))
+    return {**values, "GAP_CUMULATIVE_VALUES": glsl_array(cumulative_matrix(gap_nodes).ravel())}
+
+
+def _sizes(recipe):
+    names = {"HEIGHTS": recipe.heights, "SUNS": recipe.suns, "POLAR": recipe.polar, "AZIMUTHS": recipe.azimuths}
+    return {f"MULTIPLE_{name}": value for name, value in names.items()}
+
+
+class MultipleScattering(RenderPass):
+    """The table of multiple scattering, its level, skylight on the ground, and the aureole's kernel.
+
+    Parameters
+    ----------
+    ctx : moderngl.Context
+    recipe : Recipe
+        Resolution of the solver.
+    table_format : str
+        Of the table: "rgba16f", or "rgba32f" for tests.
+    """
+
+    name = "multiple"
+    outputs = OUTPUTS
+
+    def __init__(self, ctx, recipe=multiple.RECIPES["balanced"], table_format="rgba16f"):
+        super().__init__(ctx, (recipe.suns * recipe.polar, recipe.heights * recipe.azimuths))
+        self.recipe = recipe
+        sizes = (self.size, (recipe.suns, recipe.heights), (recipe.suns, 1))
+        formats = (table_format, "rgba32f", "rgba32f")
+        self.table, self.level, self.ground = (
+            self.own(Target(ctx, size, color=(form,))) for size, form in zip(sizes, formats, strict=True)
+        )
+        for target in (self.table, self.level, self.ground):
+            target.color[0].filter = (ctx.LINEAR, ctx.LINEAR)
+        self._aureole = None
+        self._work, self._atmosphere = [], None
+
+    @property
+    def bytes(self) -> int:
+        """GPU memory of the tables, without what the solve needs for a while."""
+        return self.table.bytes + self.level.bytes + self.ground.bytes + 16 * multiple.AUREOLE_TEXELS
+
+    def draw(self, atmosphere, textures):
+        if atmosphere != self._atmosphere:
+            for _, run in self.steps(atmosphere):
+                run()
+        textures |= self.textures
+
+    @property
+    def textures(self) -> dict:
+        """The outputs by name, once the steps have run."""
+        found = (self.table.color[0], self.level.color[0], self.ground.color[0], self._aureole)
+        return dict(zip(OUTPUTS, found, strict=True))
+
+    def steps(self, atmosphere) -> list:
+        """Return the solve as a list of (label, function without arguments), to be called in order."""
+        solve = _Solve(self, atmosphere)
+        steps = [("prepare", solve.prepare)]
+        for order in range(self.recipe.orders):
+            for band in range(BANDS):
+                steps.append((f"order {order + 1}: gather", lambda o=order, b=band: solve.gather(o, b)))
+            steps.append((f"order {order + 1}: moments", lambda o=order: solve.moments(o)))
+            last = order == self.recipe.orders - 1
+            steps.append((f"order {order + 1}: table", lambda o=order, s=last: solve.resolve(o, s)))
+        return [*steps, ("finish", solve.finish)]
+
+    def _replace_aureole(self, texture, atmosphere):
+        if self._aureole is not None:
+            self._owned.remove(self._aureole)
+            self._aureole.release()
+        self._aureole, self._atmosphere = self.own(texture), atmosphere
+
+    def release(self):
+        super().release()
+        self._aureole, self._atmosphere = None, None
+
+
+class _Gathering:
+    """Directions of a gather as the shaders take them: polar and azimuth counts, node counts, constant textures."""
+
+    def __init__(self, solve, directions, nodes):
+        recipe, atmosphere = solve.recipe, solve.atmosphere
+        self.polar, self.around, self.nodes = directions[0] + directions[1], directions[2], nodes
+        altitude = multiple.height_of(atmosphere, np.linspace(0.0, 1.0, recipe.heights))
+        mu, weights = multiple.gather_polar(atmosphere, altitude, *directions[:2])
+        basis = multiple.polar_basis(mu, recipe.degree)
+        up = np.maximum(mu, 0.0)[..., None]
+        self.directions = solve.texture(mu)
+        self.basis = solve.texture((weights[..., None] * np.concatenate([basis, up], axis=-1)).reshape(-1, solve.count))
+        azimuth = np.pi * (np.arange(self.around) + 0.5) / self.around
+        self.turns = (2 * np.pi / self.around * np.cos(np.outer(np.arange(recipe.degree + 1), azimuth))).ravel()
+        rows = recipe.heights * recipe.suns
+        self.radiance = solve.target((self.polar * self.around, rows))
+        self.fourier = solve.target((self.polar * (recipe.degree + 1), rows))
+
+
+class _Solve:
+    """One solve: what its steps share. Textures made here are gone after `finish`."""
+
+    def __init__(self, owner, atmosphere):
+        self.owner, self.recipe, self.atmosphere = owner, owner.recipe, atmosphere
+        self.ctx = owner.ctx
+        self.rows = self.recipe.heights * self.recipe.suns
+        l, m = multiple.harmonic_indices(self.recipe.degree)  # noqa: E741
+        self.l, self.m = l, np.append(m, 0)
+        self.count = len(self.m)  # coefficients, and last the irradiance
+        self._resources = []
+
+    def texture(self, values):
+        """Upload (rows, columns) or (rows, columns, 3) as a float32 texture."""
+        values = np.asarray(values, np.float32)
+        if values.ndim == 3:
+            values = np.concatenate([values, np.zeros((*values.shape[:2], 1), np.float32)], axis=-1)
+        components = 1 if values.ndim == 2 else 4
+        texture = self.ctx.texture(values.shape[1::-1], components, np.ascontiguousarray(values).tobytes(), dtype="f4")
+        texture.filter = (self.ctx.NEAREST, self.ctx.NEAREST)
+        self._resources.append(texture)
+        return texture
+
+    def target(self, size):
+        """Make a float32 target of the solve."""
+        target = Target(self.ctx, size, color=("rgba32f",))
+        self._resources.append(target)
+        return target
+
+    def prepare(self):
+        """Make the constants and the targets."""
+        recipe, atmosphere = self.recipe, self.atmosphere
+        first = (recipe.above, recipe.below, recipe.around), (recipe.nodes, recipe.gap_nodes)
+        later = recipe.later, recipe.later_nodes
+        self.gatherings = [_Gathering(self, *first)]
+        self.gatherings.append(self.gatherings[0] if first == later else _Gathering(self, *later))
+        altitude = multiple.height_of(atmosphere, np.linspace(0.0, 1.0, recipe.heights))
+        self.mixture = self.texture(multiple.mixed_moments(atmosphere, altitude, recipe.degree)[:, self.l])
+        self.polar = self.texture(multiple.polar_basis(np.linspace(-1.0, 1.0, recipe.polar), recipe.degree))
+        azimuth = np.linspace(0.0, np.pi, recipe.azimuths)
+        self.turns = np.cos(np.outer(azimuth, np.arange(recipe.degree + 1))).ravel()
+        self.all_moments = self.target((self.count, self.rows * recipe.orders))
+        self.scaled = self.target((self.count - 1, self.rows))
+        self.source = self.target((recipe.polar * (recipe.degree + 1), self.rows))
+        cosine = 1.0 - 2.0 * np.linspace(0.0, 1.0, multiple.AUREOLE_TEXELS) ** 2
+        self.aureole = self.texture(multiple.aureole_kernel(atmosphere.mie_g, recipe.degree, cosine)[None])
+        self.aureole.filter = (self.ctx.LINEAR, self.ctx.LINEAR)
+        self.aureole.repeat_x = self.aureole.repeat_y = False
+
+    def gather(self, order, band):
+        """Step 1: radiance of an order, one band of altitudes."""
+        gathering, atmosphere = self.gatherings[min(order, 1)], self.atmosphere
+        effort = Quality(terms=6)
+        defines = {**medium_defines(atmosphere), **transmittance_defines(atmosphere, effort)}
+        defines |= {**path_defines(*gathering.nodes), **_sizes(self.recipe), "AROUND": gathering.around}
+        uniforms = {**medium_uniforms(atmosphere), **segment_uniforms(atmosphere), **multiple_uniforms(atmosphere)}
+        uniforms |= cone_uniforms("u_shadow", shadow_cone(atmosphere, None, "cylinder"))
+        uniforms["u_ground_albedo"] = atmosphere.ground_albedo
+        samplers = {"u_directions": gathering.directions}
+        if order == 0:
+            band_values = multiple.band_coefficients(atmosphere.mie_g, self.recipe.band)
+            defines["BAND_COUNT"] = len(band_values)
+            uniforms["u_band"] = band_values
+        else:
+            defines |= multiple_defines(self.recipe)
+            samplers |= multiple_samplers({**self.owner.textures, "aureole_table": self.aureole})
+        edges = np.linspace(0, self.rows, BANDS + 1).astype(int)
+        self._draw("multiple_gather.frag", defines, uniforms, samplers, gathering.radiance, edges[band : band + 2])
+
+    def moments(self, order):
+        """Steps 2 and 3: coefficients of the spherical harmonics."""
+        gathering = self.gatherings[min(order, 1)]
+        around, polar = {"AROUND": gathering.around}, {"POLAR_COUNT": gathering.polar}
+        turns = {"TURN_COUNT": len(gathering.turns)}
+        samplers = {"u_radiance": gathering.radiance.color[0]}
+        self._draw(
+            "multiple_fourier.frag", {**around, **polar, **turns}, {"u_turns": gathering.turns}, samplers, gathering.fourier
+        )
+        samplers = {"u_fourier": gathering.fourier.color[0], "u_basis": gathering.basis}
+        defines = {**polar, "MULTIPLE_SUNS": self.recipe.suns, "COEFFICIENTS": self.count}
+        uniforms = {"u_degrees": self.m, "u_first_row": order * self.rows}
+        rows = order * self.rows, (order + 1) * self.rows
+        self._draw("multiple_moments.frag", defines, uniforms, samplers, self.all_moments, rows)
+
+    def resolve(self, order, last):
+        """Steps 4 to 6: the table of this order's field, or after the last of the sum over all."""
+        recipe = self.recipe
+        defines = {"MULTIPLE_HEIGHTS": recipe.heights, "MULTIPLE_SUNS": recipe.suns}
+        if last:
+            defines |= {"HAS_SUM": True, "ORDERS": recipe.orders, "COEFFICIENTS": self.count}
+        uniforms = {} if last else {"u_first_row": order * self.rows}
+        field = {"u_moments": self.all_moments.color[0]}
+        self._draw("multiple_scale.frag", defines, uniforms, {**field, "u_mixture": self.mixture}, self.scaled)
+        for target, coefficient, scale in ((self.owner.level, 0, MEAN), (self.owner.ground, self.count - 1, 1.0)):
+            chosen = {"u_coefficient": coefficient, "u_scale": scale}
+            self._draw("multiple_level.frag", defines, {**uniforms, **chosen}, field, target)
+        defines = {"MULTIPLE_POLAR": recipe.polar, "DEGREE": recipe.degree}
+        samplers = {"u_scaled": self.scaled.color[0], "u_polar": self.polar}
+        self._draw("multiple_mix.frag", defines, {}, samplers, self.source)
+        defines |= {"MULTIPLE_HEIGHTS": recipe.heights, "MULTIPLE_SUNS": recipe.suns, "TURN_COUNT": len(self.turns)}
+        samplers = {"u_source": self.source.color[0]}
+        self._draw("multiple_resolve.frag", defines, {"u_turns": self.turns}, samplers, self.owner.table)
+
+    def finish(self):
+        """Hand the aureole's kernel over and release everything else."""
+        self._resources.remove(self.aureole)
+        self.owner._replace_aureole(self.aureole, self.atmosphere)
+        while self._resources:
+            self._resources.pop().release()
+
+    def _draw(self, fragment, defines, uniforms, samplers, target, rows=None):
+        low, high = (0, target.size[1]) if rows is None else rows
+        target.framebuffer.viewport = (0, int(low), target.size[0], int(high - low))
+        target.framebuffer.use()
+        self.owner.fullscreen(fragment, defines, uniforms, samplers)

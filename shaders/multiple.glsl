@@ -1,0 +1,87 @@
+// Lookup of multiple scattering: the source of all orders from the second on, and skylight on the ground.
+//
+// The table is an atlas: a tile for each view direction (mu across, azimuth from the sun up), inside a tile mu_s across and
+// altitude up, so that a lookup is four bilinear fetches. It holds the source over scattering coefficient and mean
+// radiance; the logarithm of the mean radiance is apart, because it spans ten decades where the source's shape does not.
+// What the forward lobe has above the table's degree is analytic, see aureole_source. Twin: shadowatmo/multiple.py.
+
+#include "medium.glsl"
+#include "phase.glsl"
+#include "ray.glsl"
+
+uniform vec3 u_sun_mapping;  // width about the horizon, arcsinh of mu_s over it at the low end, its span
+
+// Places 0..1 along the table's axes, and their inverses.
+float sun_coordinate(float mu_s) {
+  float z = mu_s / u_sun_mapping.x;
+  float stretched = log(abs(z) + sqrt(z * z + 1.0));
+  return clamp(((z < 0.0 ? -stretched : stretched) - u_sun_mapping.y) / u_sun_mapping.z, 0.0, 1.0);
+}
+float sun_height(float unit) {
+  float e = exp(u_sun_mapping.y + u_sun_mapping.z * unit);
+  return 0.5 * u_sun_mapping.x * (e - 1.0 / e);
+}
+float height_coordinate(float altitude) { return sqrt(clamp(altitude / u_thickness, 0.0, 1.0)); }
+float height_of(float unit) { return u_thickness * unit * unit; }
+
+// acos(c) / pi for c in -1..1, after Abramowitz and Stegun 4.4.45: absolute error 2e-5.
+float angle_over_pi(float c) {
+  float a = abs(c);
+  float angle = sqrt(1.0 - a) * (0.5 - a * (0.0675181 - a * (0.0236380 - a * 0.0059617)));
+  return c < 0.0 ? 1.0 - angle : angle;
+}
+float azimuth_coordinate(float mu, float mu_s, float nu) {
+  float across = max((1.0 - mu * mu) * (1.0 - mu_s * mu_s), 1.0e-12);
+  return angle_over_pi(clamp((nu - mu * mu_s) * inversesqrt(across), -1.0, 1.0));
+}
+
+#ifdef HAS_MULTIPLE
+uniform sampler2D u_multiple_table;
+uniform sampler2D u_multiple_level;
+uniform sampler2D u_ground_irradiance;
+uniform sampler2D u_aureole_table;
+
+const vec2 TILE = vec2(float(MULTIPLE_SUNS), float(MULTIPLE_HEIGHTS));
+const vec2 TILES = vec2(float(MULTIPLE_POLAR), float(MULTIPLE_AZIMUTHS));
+
+// Source over scattering coefficient [1/sr]: the mean of radiance over directions, weighted by the mixture's phase function.
+vec3 multiple_radiance(float altitude, float mu_s, float mu, float nu) {
+  // between the centers of the first and last texel, so that no tile reaches into the next
+  vec2 inside = 0.5 + vec2(sun_coordinate(mu_s), height_coordinate(altitude)) * (TILE - 1.0);
+  vec2 place = vec2(clamp(0.5 + 0.5 * mu, 0.0, 1.0), azimuth_coordinate(mu, mu_s, nu)) * (TILES - 1.0);
+  vec2 cell = min(floor(place), TILES - 2.0);
+  vec2 part = place - cell;
+  vec2 corner = (cell * TILE + inside) / (TILE * TILES);
+  vec2 next = 1.0 / TILES;
+  vec3 low = mix(texture(u_multiple_table, corner).rgb, texture(u_multiple_table, corner + vec2(next.x, 0.0)).rgb, part.x);
+  vec3 high = mix(texture(u_multiple_table, corner + vec2(0.0, next.y)).rgb, texture(u_multiple_table, corner + next).rgb, part.x);
+  return exp(texture(u_multiple_level, inside / TILE).rgb) * mix(low, high, part.y);
+}
+
+// The source [1/m 1/sr] itself.
+vec3 multiple_source(float altitude, float mu_s, float mu, float nu) {
+  vec2 density = densities(altitude);
+  vec3 scattering = density.x * u_rayleigh_scattering + density.y * u_mie_scattering;
+  return scattering * multiple_radiance(altitude, mu_s, mu, nu);
+}
+
+// Irradiance of the ground by the sky, all orders from the first on, per unit solar irradiance.
+vec3 ground_irradiance(float mu_s) {
+  float texel = 0.5 + sun_coordinate(mu_s) * (TILE.x - 1.0);
+  return exp(texture(u_ground_irradiance, vec2(texel / TILE.x, 0.5)).rgb);
+}
+
+// The three sums over the forward lobe's high degrees, once per ray: nu is constant along it.
+vec3 aureole_kernel(float nu) {
+  float texel = 0.5 + sqrt(clamp(0.5 - 0.5 * nu, 0.0, 1.0)) * float(AUREOLE_TEXELS - 1);
+  return texture(u_aureole_table, vec2(texel / float(AUREOLE_TEXELS), 0.5)).rgb;
+}
+
+// Source [1/m 1/sr] of those degrees at a lit point: density of aerosols, transmittance to the sun, and the column of
+// aerosols [m] towards it. Fades out below the horizon, where the small-angle limit fails.
+vec3 aureole_source(float density, float mu_s, vec3 light, float sun_column, vec3 kernel) {
+  vec3 tau = u_mie_scattering * sun_column;
+  vec3 series = kernel.x + tau * (kernel.y / 2.0 + tau * kernel.z / 6.0);
+  return clamp(0.5 + mu_s / 0.3, 0.0, 1.0) * density * u_mie_scattering * light * tau * series;
+}
+#endif

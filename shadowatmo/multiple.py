@@ -1,0 +1,455 @@
+"""Multiple scattering: a small table of the source of all orders from the second on, and its float64 solver.
+
+Successive orders of the radiance field L_n(h, mu_s; v), v = direction one looks, on a grid of altitudes and sun heights:
+
+    L_1 = single scattering + sunlit ground,  L_n = integral of T J_n dt + T albedo/pi E_(n-1)(ground),
+    J_n = scattering(h) . <L_(n-1), P>,       E_n(mu_s) = integral over the upper half of L_n mu at the ground.
+
+<L, P> goes through real spherical harmonics about the local zenith, azimuth counted from the sun (even in it, so m >= 0
+only): with the moments a_lm of L it is sum lambda_l a_lm Y_lm(v), lambda_l the Legendre coefficients of the phase
+function. Every order's source is resolved into a table over (mu, azimuth; mu_s, altitude) and gathered from there; the
+series ends in a geometric tail. Species share one table: their ratio depends on altitude only. What the forward lobe
+has above the table's degree is summed analytically in the small-angle limit (aureole_source).
+
+GPU twin: shaders/multiple*.glsl and shaders/multiple_*.frag. Angular units: per steradian, per unit solar irradiance.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from shadowatmo.medium import densities, extinction, scattering
+from shadowatmo.phase import mie_phase, rayleigh_phase
+from shadowatmo.quadrature import cumulative_matrix, gauss_legendre
+from shadowatmo.ray import Ray, altitude_of, ground_distance, k_of, make_ray, safe_sqrt
+from shadowatmo.segments import k_along_nodes, make_map, map_node
+from shadowatmo.shadow import AxisRay, cone_interval, cylinder
+from shadowatmo.transmittance import columns_to_top, ozone_crossings, ozone_to
+
+SUN_WIDTH = 0.06  # of mu_s around the horizon that gets most texels
+HIGHEST_SUN = 0.9999  # mu_s of the last texel: the azimuth from the sun must mean something
+DARK = 1e-30  # floor under logarithms
+AUREOLE_DEGREES = 400  # last degree of the analytic sum
+AUREOLE_TEXELS = 256
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """Resolution of the solver.
+
+    Parameters
+    ----------
+    heights, suns : int
+        Nodes over altitude and mu_s.
+    polar, azimuths : int
+        Nodes of the table over mu (-1 to 1) and azimuth from the sun (0 to pi).
+    degree : int
+        Of the spherical harmonics.
+    band : int
+        Degree to which the aerosols' phase function counts in the first gather.
+    above, below, around : int
+        Directions of the first gather: zenith angles above and below the horizon, azimuths over half a turn.
+    later : (int, int, int)
+        The same for the orders after.
+    nodes, gap_nodes : int
+        Quadrature nodes of a lit and of a shadowed piece of a gathered ray.
+    later_nodes : (int, int)
+        The same for the orders after.
+    orders : int
+        Radiance fields that are gathered, before the geometric tail.
+    """
+
+    heights: int = 16
+    suns: int = 48
+    polar: int = 20
+    azimuths: int = 10
+    degree: int = 8
+    band: int = 12
+    above: int = 8
+    below: int = 6
+    around: int = 10
+    later: tuple[int, int, int] = (8, 6, 10)
+    nodes: int = 6
+    gap_nodes: int = 3
+    later_nodes: tuple[int, int] = (6, 3)
+    orders: int = 5
+
+
+RECIPES = {
+    "balanced": Recipe(later=(6, 4, 8), later_nodes=(4, 2), orders=4),
+    "accurate": Recipe(),
+}
+
+
+def sun_range(atmosphere) -> tuple[float, float]:
+    """Return arcsinh(mu_s / SUN_WIDTH) at the two ends of the sun's axis; the lowest sun leaves the whole sky dark."""
+    dip = 2.2 * math.acos(atmosphere.bottom_radius / atmosphere.top_radius)
+    lowest = -math.sin(min(math.radians(85.0), dip))
+    return math.asinh(lowest / SUN_WIDTH), math.asinh(HIGHEST_SUN / SUN_WIDTH)
+
+
+def sun_coordinate(atmosphere, mu_s):
+    """Return the place 0..1 of mu_s on the sun's axis."""
+    low, high = sun_range(atmosphere)
+    return np.clip((np.arcsinh(mu_s / SUN_WIDTH) - low) / (high - low), 0.0, 1.0)
+
+
+def sun_height(atmosphere, unit):
+    """Return mu_s at a place 0..1; the inverse of sun_coordinate."""
+    low, high = sun_range(atmosphere)
+    return SUN_WIDTH * np.sinh(low + (high - low) * unit)
+
+
+def height_coordinate(atmosphere, altitude):
+    """Return the place 0..1 of an altitude [m]: its square root, which crowds the nodes at the ground."""
+    return np.sqrt(np.clip(altitude / atmosphere.thickness, 0.0, 1.0))
+
+
+def height_of(atmosphere, unit):
+    """Return the altitude [m] at a place 0..1."""
+    return atmosphere.thickness * unit * unit
+
+
+def azimuth_coordinate(mu, mu_s, nu):
+    """Return the azimuth from the sun over pi, 0..1, of a direction at zenith cosine mu."""
+    across = np.maximum((1.0 - mu * mu) * (1.0 - mu_s * mu_s), 1e-12)
+    return np.arccos(np.clip((nu - mu * mu_s) / np.sqrt(across), -1.0, 1.0)) / np.pi
+
+
+@cache
+def harmonic_indices(degree):
+    """Return l and m of the coefficients, each ((degree + 1)(degree + 2)/2,), ordered by m, then l."""
+    pairs = [(l, m) for m in range(degree + 1) for l in range(m, degree + 1)]  # noqa: E741
+    return np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs])
+
+
+def polar_basis(mu, degree):
+    """Return the polar part of the real spherical harmonics, (..., coefficients): Y_lm = polar cos(m azimuth).
+
+    Normalized to 1 over the sphere; the polynomials by the usual recurrence in l.
+    """
+    mu = np.asarray(mu, np.float64)
+    sine = safe_sqrt(1.0 - mu * mu)
+    columns = []
+    for m in range(degree + 1):
+        before, current = np.zeros_like(mu), sine**m * math.prod(range(1, 2 * m, 2))
+        for l in range(m, degree + 1):  # noqa: E741
+            if l > m:
+                step = ((2 * l - 1) * mu * current - (l + m - 1) * before) / (l - m)
+                before, current = current, step
+            factor = (2 * l + 1) / (4 * np.pi) * math.factorial(l - m) / math.factorial(l + m) * (2 if m else 1)
+            columns.append(math.sqrt(factor) * current)
+    return np.stack(columns, axis=-1)
+
+
+@cache
+def phase_moments(g, degree):
+    """Return lambda_l = 2 pi integral of P P_l dmu, l = 0..degree, of aerosols (Cornette and Shanks), (degree + 1,)."""
+    # a sinh substitution about mu = 1 puts the nodes where a narrow lobe is
+    nodes, weights = gauss_legendre(max(400, 2 * degree))
+    size = abs(g)
+    width = max((1.0 - size) ** 2, 1e-8)
+    span = math.asinh(2.0 / width)
+    below = width * np.sinh(span * nodes)
+    mu = 1.0 - below
+    weight = 2 * np.pi * weights * width * span * np.cosh(span * nodes) * mie_phase(mu, size)
+    moments = weight @ np.polynomial.legendre.legvander(mu, degree)
+    return moments if g >= 0 else moments * (-1.0) ** np.arange(degree + 1)
+
+
+def rayleigh_moments(degree):
+    """Return lambda_l of molecules: 1, 0, 0.1, 0, ..."""
+    moments = np.zeros(degree + 1)
+    moments[0] = 1.0
+    if degree >= 2:
+        moments[2] = 0.1
+    return moments
+
+
+def band_coefficients(g, band):
+    """Return the Legendre series of the aerosols' phase function up to a degree, (band + 1,)."""
+    return (2 * np.arange(band + 1) + 1) / (4 * np.pi) * phase_moments(g, band)
+
+
+def mixed_moments(atmosphere, altitude, degree):
+    """Return lambda_l of the mixture at altitudes (N,), (N, degree + 1, 3 channels), weighted by scattering."""
+    beta = densities(atmosphere, altitude)[..., :2, None] * scattering(atmosphere)
+    share = beta / np.maximum(beta.sum(axis=-2, keepdims=True), DARK)
+    lambdas = np.stack([rayleigh_moments(degree), phase_moments(atmosphere.mie_g, degree)])
+    return np.einsum("nsc,sl->nlc", share, lambdas)
+
+
+def gather_polar(atmosphere, altitude, above, below):
+    """Return mu and weights (N, above + below) of gathered directions: Gauss nodes squared away from the horizon."""
+    k = k_of(atmosphere, altitude)
+    horizon = (-np.sqrt(k) / (atmosphere.bottom_radius + altitude))[:, None]
+    up, up_weights = gauss_legendre(above)
+    down, down_weights = gauss_legendre(below)
+    mu = np.concatenate([horizon + (1.0 - horizon) * up**2, horizon - (1.0 + horizon) * down**2], axis=1)
+    weights = [(1.0 - horizon) * 2 * up * up_weights, (1.0 + horizon) * 2 * down * down_weights]
+    return mu, np.concatenate(weights, axis=1)
+
+
+@dataclass(eq=False)
+class Piece:
+    """Quadrature nodes of one piece of P paths, n nodes each.
+
+    rays : (P,) which paths; weight : (P, n, 3) [m], times the transmittance to the eye; density : (P, n, 2);
+    altitude [m], mu, mu_s : (P, n); light : (P, n, 3) transmittance to the sun, 0 in shadow; sun_column : (P, n) [m] of
+    aerosols towards the sun.
+    """
+
+    rays: np.ndarray
+    weight: np.ndarray
+    density: np.ndarray
+    altitude: np.ndarray
+    mu: np.ndarray
+    mu_s: np.ndarray
+    light: np.ndarray
+    sun_column: np.ndarray
+
+
+def path_pieces(atmosphere, ray, sun_height, nu, cuts, nodes, gap_nodes):
+    """Return the pieces of paths cut at `cuts` (N, 4) [m] and the columns (N, 3) [m] of the whole paths.
+
+    sun_height, nu (N,) = P . s [m] at the base points and cosine of ray and sun. Empty pieces are left out.
+    """
+    columns = np.zeros((len(cuts), 3))
+    pieces = []
+    for number, count in enumerate((nodes, gap_nodes, nodes)):
+        near, far = cuts[:, number], cuts[:, number + 1]
+        rays = np.flatnonzero(far > near)
+        if len(rays):
+            part = Ray(**{name: value[rays] for name, value in vars(ray).items()})
+            lit = number != 1
+            pieces.append(_piece(atmosphere, part, rays, (sun_height[rays], nu[rays]), (near[rays], far[rays]), count, lit, columns))
+    if atmosphere.ozone is not None:
+        crossings = ozone_crossings(atmosphere, ray.tangent_k)
+        inside = ozone_to(atmosphere, ray.tangent_k, crossings, ray.x + cuts[:, 3])
+        columns[:, 2] = inside - ozone_to(atmosphere, ray.tangent_k, crossings, ray.x)
+    return pieces, columns
+
+
+def _piece(atmosphere, ray, rays, sun, ends, count, lit, columns):
+    """Return one piece, and add its columns to `columns`."""
+    s, weights = gauss_legendre(count)
+    t, dt = map_node(make_map(atmosphere, ray, *ends), s)
+    k = k_along_nodes(ray, t)
+    altitude = altitude_of(atmosphere, k)
+    density = densities(atmosphere, altitude)[..., :2]
+    steps = density * dt[..., None]
+    before = np.zeros((*t.shape, 3))
+    before[..., :2] = columns[rays, None, :2] + np.einsum("ij,njs->nis", cumulative_matrix(count), steps)
+    columns[rays, :2] += np.einsum("j,njs->ns", weights, steps)
+    if atmosphere.ozone is not None:
+        tangent_k = np.broadcast_to(ray.tangent_k[:, None], t.shape)
+        crossings = ozone_crossings(atmosphere, tangent_k)
+        start = ozone_to(atmosphere, tangent_k, crossings, np.broadcast_to(ray.x[:, None], t.shape))
+        before[..., 2] = ozone_to(atmosphere, tangent_k, crossings, ray.x[:, None] + t) - start
+    r = atmosphere.bottom_radius + altitude
+    y = sun[0][:, None] + sun[1][:, None] * t
+    light, sun_column = np.zeros((*t.shape, 3)), np.zeros(t.shape)
+    if lit:
+        sun_columns = columns_to_top(atmosphere, k, y)
+        light, sun_column = np.exp(-sun_columns @ extinction(atmosphere)), sun_columns[..., 1]
+    return Piece(
+        rays=rays,
+        weight=(weights * dt)[..., None] * np.exp(-before @ extinction(atmosphere)),
+        density=density,
+        altitude=altitude,
+        mu=(ray.x[:, None] + t) / r,
+        mu_s=y / r,
+        light=light,
+        sun_column=sun_column,
+    )
+
+
+class Gather:
+    """All rays of a gather: (heights, suns, polar, azimuths) directions at the table's nodes, with their pieces."""
+
+    def __init__(self, atmosphere, recipe, directions, nodes):
+        self.atmosphere = atmosphere
+        altitude = height_of(atmosphere, np.linspace(0.0, 1.0, recipe.heights))
+        mu_s = sun_height(atmosphere, np.linspace(0.0, 1.0, recipe.suns))
+        self.polar, self.polar_weights = gather_polar(atmosphere, altitude, *directions[:2])
+        azimuth = np.pi * (np.arange(directions[2]) + 0.5) / directions[2]
+        self.azimuth = azimuth
+        self.shape = (recipe.heights, recipe.suns, self.polar.shape[1], directions[2])
+        mu = np.broadcast_to(self.polar[:, None, :, None], self.shape).ravel()
+        h = np.broadcast_to(altitude[:, None, None, None], self.shape).ravel()
+        sun = np.broadcast_to(mu_s[None, :, None, None], self.shape).ravel()
+        cosine = np.broadcast_to(np.cos(azimuth), self.shape).ravel()
+        self.nu = mu * sun + safe_sqrt((1.0 - mu * mu) * (1.0 - sun * sun)) * cosine
+        ray, sun_y, cuts, self.hits = point_paths(atmosphere, h, mu, sun, self.nu)
+        self.pieces, columns = path_pieces(atmosphere, ray, sun_y, self.nu, cuts, *nodes)
+        self.transmittance = np.exp(-columns @ extinction(atmosphere))
+        self.ground_sun = (sun_y + self.nu * cuts[:, 3]) / atmosphere.bottom_radius
+
+    def first(self, band):
+        """Return L_1 (rays, 3): single scattering by a phase function up to degree `band`, and the sunlit ground."""
+        phase = np.polynomial.legendre.legval(self.nu, band_coefficients(self.atmosphere.mie_g, band))
+        phases = np.stack([rayleigh_phase(self.nu), phase], axis=-1)
+        radiance = np.zeros((len(self.nu), 3))
+        for piece in self.pieces:
+            source = np.einsum("pns,ps,sc->pnc", piece.density, phases[piece.rays], scattering(self.atmosphere))
+            radiance[piece.rays] += np.sum(piece.weight * piece.light * source, axis=1)
+        mu_s = np.maximum(self.ground_sun, 0.0)
+        sun = np.exp(-columns_to_top(self.atmosphere, np.zeros_like(mu_s), mu_s * self.atmosphere.bottom_radius)
+                     @ extinction(self.atmosphere))  # fmt: skip
+        return radiance + self._ground(mu_s[:, None] * sun)
+
+    def following(self, table):
+        """Return L_n (rays, 3) from the table of the order before."""
+        radiance = np.zeros((len(self.nu), 3))
+        for piece in self.pieces:
+            nu = np.broadcast_to(self.nu[piece.rays, None], piece.mu.shape)
+            source = table.source(piece.altitude, piece.mu_s, piece.mu, nu)
+            radiance[piece.rays] += np.sum(piece.weight * source, axis=1)
+        return radiance + self._ground(table.ground_irradiance(self.ground_sun))
+
+    def _ground(self, irradiance):
+        albedo = np.array(self.atmosphere.ground_albedo)
+        return self.hits[:, None] * self.transmittance * albedo / np.pi * irradiance
+
+    def moments(self, radiance, degree):
+        """Return a_lm (heights, suns, coefficients, 3) and the ground's irradiance (suns, 3)."""
+        radiance = radiance.reshape(*self.shape, 3)
+        turn = 2.0 * np.pi / self.shape[3]
+        fourier = np.einsum("hsiac,am->hsimc", radiance, turn * np.cos(np.outer(self.azimuth, np.arange(degree + 1))))
+        basis = self.polar_weights[..., None] * polar_basis(self.polar, degree)
+        m = harmonic_indices(degree)[1]
+        moments = np.einsum("hsikc,hik->hskc", fourier[:, :, :, m], basis)
+        up = np.where(self.polar[0] > 0.0, self.polar[0] * self.polar_weights[0], 0.0)
+        return moments, np.einsum("i,sic->sc", up, fourier[0, :, :, 0])
+
+
+def point_paths(atmosphere, altitude, mu, mu_s, nu):
+    """Return rays, P . s [m], cuts (N, 4) [m] and whether the ground ends them, of directions at points."""
+    k = k_of(atmosphere, altitude)
+    r = atmosphere.bottom_radius + altitude
+    ray = make_ray(atmosphere, r * mu, k, k - (r * mu) ** 2)
+    z = -r * mu_s
+    across = np.maximum(1.0 - nu * nu, 0.0)
+    drift = ray.x + z * nu
+    impact = safe_sqrt(across * (r * r - z * z) - drift * drift)
+    start, stop = cone_interval(AxisRay(z, -nu, across, drift, impact, k - z * z), cylinder(atmosphere.bottom_radius))
+    ground = ground_distance(ray)
+    hits = (ground >= 0.0) & (mu < 0.0)
+    end = np.where(hits, ground, ray.air)
+    dark = np.clip(start, 0.0, end)
+    return ray, -z, np.stack([np.zeros_like(end), dark, np.clip(stop, dark, end), end], axis=1), hits
+
+
+class MultipleTable:
+    """The source of a radiance field, for lookups; the field's own order is whatever its moments hold.
+
+    Attributes
+    ----------
+    values : (heights, suns, polar, azimuths, 3)
+        Source over scattering coefficient and mean radiance.
+    level : (heights, suns, 3)
+        Logarithm of the mean radiance [1/sr].
+    ground : (suns, 3)
+        Logarithm of the field's irradiance of the ground.
+    """
+
+    def __init__(self, atmosphere, recipe, moments, irradiance):
+        self.atmosphere, self.recipe = atmosphere, recipe
+        l, m = harmonic_indices(recipe.degree)  # noqa: E741
+        altitude = height_of(atmosphere, np.linspace(0.0, 1.0, recipe.heights))
+        mean = np.maximum(moments[:, :, 0] / math.sqrt(4.0 * np.pi), DARK)
+        scaled = moments / mean[:, :, None] * mixed_moments(atmosphere, altitude, recipe.degree)[:, None, l]
+        basis = polar_basis(np.linspace(-1.0, 1.0, recipe.polar), recipe.degree)
+        turns = np.cos(np.outer(np.linspace(0.0, np.pi, recipe.azimuths), np.arange(recipe.degree + 1)))
+        per_m = [scaled[:, :, m == n].transpose(0, 1, 3, 2) @ basis[:, m == n].T for n in range(recipe.degree + 1)]
+        self.values = np.einsum("mhsci,am->hsiac", np.stack(per_m), turns)
+        self.level = np.log(mean)
+        self.ground = np.log(np.maximum(irradiance, DARK))
+
+    def source(self, altitude, mu_s, mu, nu):
+        """Return the source [1/m 1/sr] (..., 3) of the next order at points, in directions of zenith cosine mu."""
+        units = [
+            height_coordinate(self.atmosphere, altitude),
+            sun_coordinate(self.atmosphere, mu_s),
+            0.5 * (np.clip(mu, -1.0, 1.0) + 1.0),
+            azimuth_coordinate(mu, mu_s, nu),
+        ]
+        beta = densities(self.atmosphere, altitude)[..., :2] @ scattering(self.atmosphere)
+        return beta * np.exp(interpolate(self.level, units[:2])) * interpolate(self.values, units)
+
+    def ground_irradiance(self, mu_s):
+        """Return the field's irradiance (..., 3) of the ground per unit solar irradiance."""
+        return np.exp(interpolate(self.ground, [sun_coordinate(self.atmosphere, mu_s)]))
+
+
+def interpolate(table, units):
+    """Return a table (n1, n2, ..., 3) at places 0..1 along its axes, linear in each, shape (..., 3)."""
+    corners = [(np.zeros(units[0].shape, np.intp), np.ones(units[0].shape))]
+    for unit, size in zip(units, table.shape, strict=False):
+        place = unit * (size - 1)
+        cell = np.minimum(place.astype(np.intp), size - 2)
+        part = place - cell
+        corners = [(i * size + cell + k, w * f) for i, w in corners for k, f in ((0, 1.0 - part), (1, part))]
+    flat = table.reshape(-1, table.shape[-1])
+    return sum(w[..., None] * flat[i] for i, w in corners)
+
+
+def solve(atmosphere, recipe=RECIPES["accurate"]) -> MultipleTable:
+    """Return the table of all orders from the second on, its ground row that of all orders from the first on."""
+    gather = Gather(atmosphere, recipe, (recipe.above, recipe.below, recipe.around), (recipe.nodes, recipe.gap_nodes))
+    fields = [gather.moments(gather.first(recipe.band), recipe.degree)]
+    if (recipe.later, recipe.later_nodes) != ((recipe.above, recipe.below, recipe.around), (recipe.nodes, recipe.gap_nodes)):
+        gather = Gather(atmosphere, recipe, recipe.later, recipe.later_nodes)
+    for _ in range(1, recipe.orders):
+        table = MultipleTable(atmosphere, recipe, *fields[-1])
+        fields.append(gather.moments(gather.following(table), recipe.degree))
+    moments = [f[0] for f in fields]
+    tail = geometric_tail(moments[-2][:, :, :1], moments[-1][:, :, :1])
+    ground_tail = geometric_tail(fields[-2][1], fields[-1][1])
+    return MultipleTable(
+        atmosphere, recipe, sum(moments) + tail * moments[-1], sum(f[1] for f in fields) + ground_tail * fields[-1][1]
+    )
+
+
+def geometric_tail(before, last):
+    """Return what all orders after the last amount to, in units of the last."""
+    ratio = np.clip(last / np.maximum(before, DARK), 0.0, 0.95)
+    return ratio / (1.0 - ratio)
+
+
+def aureole_kernel(g, degree, nu):
+    """Return K_j(nu) = sum over l > degree of (2 l + 1)/(4 pi) lambda_l^(j + 1) P_l(nu), j = 1..3, (..., 3) [1/sr]."""
+    moments = phase_moments(g, AUREOLE_DEGREES)
+    series = (2 * np.arange(len(moments)) + 1)[:, None] / (4 * np.pi) * moments[:, None] ** np.array([2, 3, 4])
+    series[: degree + 1] = 0.0
+    return np.moveaxis(np.polynomial.legendre.legval(nu, series), 0, -1)
+
+
+def aureole_source(atmosphere, density, mu_s, light, sun_column, kernel):
+    """Return the source [1/m 1/sr] (..., 3) of the forward lobe's degrees above the table's, at lit points.
+
+    Orders from the second on in the small-angle limit: each adds a factor lambda_l times the optical depth towards the
+    sun. `density` of aerosols, `light` (..., 3) transmittance to the sun, `sun_column` [m] of aerosols, `kernel` (..., 3).
+    """
+    weight = np.clip(0.5 + mu_s / 0.3, 0.0, 1.0)
+    tau = sun_column[..., None] * np.array(atmosphere.mie_scattering)
+    series = kernel[..., 0:1] + tau * (kernel[..., 1:2] / 2.0 + tau * kernel[..., 2:3] / 6.0)
+    return (weight * density)[..., None] * np.array(atmosphere.mie_scattering) * light * tau * series
+
+
+def scatter_multiple(table, ray, sun_height, nu, cuts, nodes=16, gap_nodes=8):
+    """Return inscatter (N, 3) [1/sr] of all orders from the second on, and transmittance (N, 3), along paths."""
+    atmosphere = table.atmosphere
+    pieces, columns = path_pieces(atmosphere, ray, sun_height, nu, cuts, nodes, gap_nodes)
+    kernel = aureole_kernel(atmosphere.mie_g, table.recipe.degree, nu)
+    radiance = np.zeros((len(nu), 3))
+    for piece in pieces:
+        cosine = np.broadcast_to(nu[piece.rays, None], piece.mu.shape)
+        source = table.source(piece.altitude, piece.mu_s, piece.mu, cosine)
+        source = source + aureole_source(
+            atmosphere, piece.density[..., 1], piece.mu_s, piece.light, piece.sun_column, kernel[piece.rays, None]
+        )
+        radiance[piece.rays] += np.sum(piece.weight * source, axis=1)
+    return radiance, np.exp(-columns @ extinction(atmosphere))
