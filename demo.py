@@ -29,7 +29,7 @@ def build_parser():
     parser.add_argument("--out", type=Path, default=Path("pictures"), metavar="DIR", help="folder (default: pictures)")
     parser.add_argument("--only", type=names, metavar="NAME[,NAME]", help="only these pictures; implies --headless")
     parser.add_argument("--list", action="store_true", help="say which pictures there are, and stop")
-    parser.add_argument("--size", type=size, metavar="WxH", help="pixels (default: 1283x719, window 1280x720)")
+    parser.add_argument("--size", type=size, metavar="WxH", help="pixels (default: 1283x719, window 1280x720 or less)")
     parser.add_argument("--quality", choices=tuple(NAMED), default="balanced", help="effort (default: %(default)s)")
     parser.add_argument("--scene", choices=sorted(WORLDS), default="earth", help="the window's planet")
     parser.add_argument("--check", action="store_true", help="versions, OpenGL, data; exit status 0 or 1")
@@ -91,7 +91,7 @@ def show_window(arguments):
     from shadowatmo.controls import Controls
     from shadowatmo.passes.window import open_window
 
-    open_window(Controls(arguments.scene, arguments.quality), arguments.out, arguments.size or (1280, 720))
+    open_window(Controls(arguments.scene, arguments.quality), arguments.out, arguments.size)
     return 0
 
 

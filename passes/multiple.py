@@ -1,15 +1,15 @@
 """Multiple scattering: solves the table of multiple.glsl on the GPU, order by order, when the air changes.
 
-The solve is a list of small draws (`steps`), so that a caller may spread them over frames. Each order is gathered from the
-table of the one before; its moments are kept, and their sum with a geometric tail is the final table. The constants of
-every linear step come from the twin in float64.
+The solve is a list of small draws (`steps`), so that a caller may spread them over frames. Each order is gathered from
+the table of the one before; its moments are kept, and their sum with a geometric tail is the final table. The constants
+of every linear step come from the twin in float64.
 """
 
 import math
 
 import numpy as np
 
-from shadowatmo import multiple
+from shadowatmo import harmonics, multiple
 from shadowatmo.passes.base import RenderPass
 from shadowatmo.passes.constants import (
     cone_uniforms,
@@ -47,7 +47,7 @@ def multiple_samplers(textures) -> dict:
 
 
 def path_defines(nodes, gap_nodes) -> dict:
-    """Return the quadrature constants of multiple_path.glsl."""
+    """Return the quadrature constants of segments.glsl and multiple_path.glsl."""
     values = segment_defines(Quality(nodes=nodes, gap_nodes=gap_nodes))
     return {**values, "GAP_CUMULATIVE_VALUES": glsl_array(cumulative_matrix(gap_nodes).ravel())}
 
@@ -126,22 +126,22 @@ class MultipleScattering(RenderPass):
 
 
 class _Gathering:
-    """Directions of a gather as the shaders take them: polar and azimuth counts, node counts, constant textures."""
+    """An effort as the shaders take it: constants and targets."""
 
-    def __init__(self, solve, directions, nodes):
+    def __init__(self, solve, effort):
         recipe, atmosphere = solve.recipe, solve.atmosphere
-        self.polar, self.around, self.nodes = directions[0] + directions[1], directions[2], nodes
+        self.effort = effort
         altitude = multiple.height_of(atmosphere, np.linspace(0.0, 1.0, recipe.heights))
-        mu, weights = multiple.gather_polar(atmosphere, altitude, *directions[:2])
-        basis = multiple.polar_basis(mu, recipe.degree)
+        mu, weights = multiple.gather_polar(atmosphere, altitude, effort.above, effort.below)
+        basis = harmonics.polar_basis(mu, recipe.degree)
         up = np.maximum(mu, 0.0)[..., None]
         self.directions = solve.texture(mu)
         self.basis = solve.texture((weights[..., None] * np.concatenate([basis, up], axis=-1)).reshape(-1, solve.count))
-        azimuth = np.pi * (np.arange(self.around) + 0.5) / self.around
-        self.turns = (2 * np.pi / self.around * np.cos(np.outer(np.arange(recipe.degree + 1), azimuth))).ravel()
+        turns = np.cos(np.outer(np.arange(recipe.degree + 1), effort.azimuths))
+        self.turns = (2 * np.pi / effort.around * turns).ravel()
         rows = recipe.heights * recipe.suns
-        self.radiance = solve.target((self.polar * self.around, rows))
-        self.fourier = solve.target((self.polar * (recipe.degree + 1), rows))
+        self.radiance = solve.target((effort.polar * effort.around, rows))
+        self.fourier = solve.target((effort.polar * (recipe.degree + 1), rows))
 
 
 class _Solve:
@@ -151,7 +151,7 @@ class _Solve:
         self.owner, self.recipe, self.atmosphere = owner, owner.recipe, atmosphere
         self.ctx = owner.ctx
         self.rows = self.recipe.heights * self.recipe.suns
-        l, m = multiple.harmonic_indices(self.recipe.degree)  # noqa: E741
+        l, m = harmonics.harmonic_indices(self.recipe.degree)  # noqa: E741
         self.l, self.m = l, np.append(m, 0)
         self.count = len(self.m)  # coefficients, and last the irradiance
         self._resources = []
@@ -176,35 +176,33 @@ class _Solve:
     def prepare(self):
         """Make the constants and the targets."""
         recipe, atmosphere = self.recipe, self.atmosphere
-        first = (recipe.above, recipe.below, recipe.around), (recipe.nodes, recipe.gap_nodes)
-        later = recipe.later, recipe.later_nodes
-        self.gatherings = [_Gathering(self, *first)]
-        self.gatherings.append(self.gatherings[0] if first == later else _Gathering(self, *later))
+        first = _Gathering(self, recipe.first)
+        self.gatherings = first, first if recipe.later == recipe.first else _Gathering(self, recipe.later)
         altitude = multiple.height_of(atmosphere, np.linspace(0.0, 1.0, recipe.heights))
         self.mixture = self.texture(multiple.mixed_moments(atmosphere, altitude, recipe.degree)[:, self.l])
-        self.polar = self.texture(multiple.polar_basis(np.linspace(-1.0, 1.0, recipe.polar), recipe.degree))
+        self.polar = self.texture(harmonics.polar_basis(np.linspace(-1.0, 1.0, recipe.polar), recipe.degree))
         azimuth = np.linspace(0.0, np.pi, recipe.azimuths)
         self.turns = np.cos(np.outer(azimuth, np.arange(recipe.degree + 1))).ravel()
         self.all_moments = self.target((self.count, self.rows * recipe.orders))
         self.scaled = self.target((self.count - 1, self.rows))
         self.source = self.target((recipe.polar * (recipe.degree + 1), self.rows))
         cosine = 1.0 - 2.0 * np.linspace(0.0, 1.0, multiple.AUREOLE_TEXELS) ** 2
-        self.aureole = self.texture(multiple.aureole_kernel(atmosphere.mie_g, recipe.degree, cosine)[None])
+        self.aureole = self.texture(harmonics.aureole_kernel(atmosphere.mie_g, recipe.degree, cosine)[None])
         self.aureole.filter = (self.ctx.LINEAR, self.ctx.LINEAR)
         self.aureole.repeat_x = self.aureole.repeat_y = False
 
     def gather(self, order, band):
         """Step 1: radiance of an order, one band of altitudes."""
         gathering, atmosphere = self.gatherings[min(order, 1)], self.atmosphere
-        effort = Quality(terms=6)
-        defines = {**medium_defines(atmosphere), **transmittance_defines(atmosphere, effort)}
-        defines |= {**path_defines(*gathering.nodes), **_sizes(self.recipe), "AROUND": gathering.around}
+        effort = gathering.effort
+        defines = {**medium_defines(atmosphere), **transmittance_defines(atmosphere, Quality(terms=6))}
+        defines |= {**path_defines(effort.nodes, effort.gap_nodes), **_sizes(self.recipe), "AROUND": effort.around}
         uniforms = {**medium_uniforms(atmosphere), **segment_uniforms(atmosphere), **multiple_uniforms(atmosphere)}
         uniforms |= cone_uniforms("u_shadow", shadow_cone(atmosphere, None, "cylinder"))
         uniforms["u_ground_albedo"] = atmosphere.ground_albedo
         samplers = {"u_directions": gathering.directions}
         if order == 0:
-            band_values = multiple.band_coefficients(atmosphere.mie_g, self.recipe.band)
+            band_values = harmonics.band_coefficients(atmosphere.mie_g, self.recipe.band)
             defines["BAND_COUNT"] = len(band_values)
             uniforms["u_band"] = band_values
         else:
@@ -216,12 +214,10 @@ class _Solve:
     def moments(self, order):
         """Steps 2 and 3: coefficients of the spherical harmonics."""
         gathering = self.gatherings[min(order, 1)]
-        around, polar = {"AROUND": gathering.around}, {"POLAR_COUNT": gathering.polar}
-        turns = {"TURN_COUNT": len(gathering.turns)}
+        polar = {"POLAR_COUNT": gathering.effort.polar}
+        defines = {**polar, "AROUND": gathering.effort.around, "TURN_COUNT": len(gathering.turns)}
         samplers = {"u_radiance": gathering.radiance.color[0]}
-        self._draw(
-            "multiple_fourier.frag", {**around, **polar, **turns}, {"u_turns": gathering.turns}, samplers, gathering.fourier
-        )
+        self._draw("multiple_fourier.frag", defines, {"u_turns": gathering.turns}, samplers, gathering.fourier)
         samplers = {"u_fourier": gathering.fourier.color[0], "u_basis": gathering.basis}
         defines = {**polar, "MULTIPLE_SUNS": self.recipe.suns, "COEFFICIENTS": self.count}
         uniforms = {"u_degrees": self.m, "u_first_row": order * self.rows}

@@ -5,11 +5,12 @@ from pathlib import Path
 from PIL import Image
 
 from shadowatmo.controls import HELP, Controls
+from shadowatmo.passes.gl.state import preserve_state
+from shadowatmo.passes.meter import Meter
 from shadowatmo.passes.overlay import Overlay
 from shadowatmo.passes.pipeline import Renderer
 from shadowatmo.passes.tonemap import Tonemap, automatic_exposure
 
-METER_SIZE = (64, 36)
 METER_INTERVAL = 0.1  # s between two looks of the meter
 
 
@@ -27,7 +28,7 @@ class Viewer:
     def __init__(self, ctx, controls: Controls):
         self.ctx, self.controls = ctx, controls
         self.size = None
-        self._renderer = self._meter = self._tonemap = self._overlay = None
+        self._renderer, self._after = None, {}
         self._since_metering = METER_INTERVAL
 
     def draw(self, framebuffer, size, seconds) -> None:
@@ -44,14 +45,14 @@ class Viewer:
         """
         self.controls.advance(seconds)
         self._prepare(tuple(size))
-        scene, camera = self.controls.scene(), self.controls.camera()
-        self._expose(scene, camera, seconds)
-        self._renderer.scene = scene
-        frame = self._renderer.render(camera)
+        self._renderer.scene = self.controls.scene()
+        color = self._renderer.render(self.controls.camera()).color
         framebuffer.viewport = (0, 0, *self.size)
-        self._tonemap.draw({"color": frame.color}, self.controls.exposure, framebuffer)
-        if self.controls.wants_help:
-            self._overlay.draw(HELP, framebuffer)
+        with preserve_state(self.ctx):  # or our textures stay bound after they are released
+            self._expose(color, seconds)
+            self._after["tonemap"].draw({"color": color}, self.controls.exposure, framebuffer)
+            if self.controls.wants_help:
+                self._after["overlay"].draw(HELP, framebuffer)
 
     def _prepare(self, size):
         """Make what draws anew when the size or the quality has changed."""
@@ -59,19 +60,18 @@ class Viewer:
             return
         self.close()
         self.size = size
-        scene, quality = self.controls.scene(), self.controls.quality
-        self._renderer = Renderer(self.ctx, scene, size, quality)
-        self._meter = Renderer(self.ctx, scene, METER_SIZE, quality)
-        self._tonemap, self._overlay = Tonemap(self.ctx, size), Overlay(self.ctx, size)
+        self._renderer = Renderer(self.ctx, self.controls.scene(), size, self.controls.quality)
+        with preserve_state(self.ctx):
+            for kind in (Meter, Tonemap, Overlay):
+                self._after[kind.name] = kind(self.ctx, size)
 
-    def _expose(self, scene, camera, seconds):
-        """Look at a tiny copy of the frame now and then, and let the exposure follow it."""
+    def _expose(self, color, seconds):
+        """Measure the frame now and then, and let the exposure follow it."""
         self._since_metering += seconds
         if not self.controls.automatic or self._since_metering < METER_INTERVAL:
             return
-        self._meter.scene = scene
-        target = automatic_exposure(self._meter.render(camera).numpy())
-        self.controls.adapt(target, self._since_metering)
+        self._after["meter"].draw({"color": color})
+        self.controls.adapt(automatic_exposure(self._after["meter"].read()), self._since_metering)
         self._since_metering = 0.0
 
     def picture(self) -> Image.Image:
@@ -91,11 +91,8 @@ class Viewer:
     def close(self) -> None:
         """Release everything that draws; the next frame makes it anew."""
         self.size = None
-        for name in ("_renderer", "_meter"):
-            if getattr(self, name) is not None:
-                getattr(self, name).close()
-                setattr(self, name, None)
-        for name in ("_tonemap", "_overlay"):
-            if getattr(self, name) is not None:
-                getattr(self, name).release()
-                setattr(self, name, None)
+        if self._renderer is not None:
+            self._renderer.close()
+            self._renderer = None
+        while self._after:
+            self._after.popitem()[1].release()

@@ -10,10 +10,11 @@ from moderngl_window.context.base import WindowConfig
 
 from shadowatmo.controls import Controls, key_names
 from shadowatmo.errors import ContextError
-from shadowatmo.passes.gl.context import explain_failure
+from shadowatmo.passes.gl.context import explain_failure, is_software
 from shadowatmo.passes.viewer import Viewer
 
 TITLE = "shadowatmo"
+SIZE, SOFTWARE_SIZE = (1280, 720), (800, 450)  # a CPU that draws gets fewer pixels
 TITLE_INTERVAL = 0.25  # s between two changes of the title
 
 
@@ -88,24 +89,28 @@ def make_class(controls, folder) -> type[ViewerWindow]:
     return type("BoundViewerWindow", (ViewerWindow,), {"controls": controls, "folder": str(folder)})
 
 
-def make_window(controls, folder, size, arguments=()):
-    """Open the window and return its ViewerWindow.
+def make_window(controls, folder, size=None, arguments=()):
+    """Open the window and return its ViewerWindow; without a size it suits the renderer.
 
     Raises
     ------
     ContextError
         If no window, or no OpenGL 3.3 in it, can be had.
     """
-    line = ["--size", f"{size[0]}x{size[1]}", *arguments]
+    width, height = size or SIZE
+    line = ["--size", f"{width}x{height}", *arguments]
     try:
-        return moderngl_window.create_window_config_instance(make_class(controls, folder), args=line)
+        window = moderngl_window.create_window_config_instance(make_class(controls, folder), args=line)
     except Exception as error:  # window libraries raise exceptions of their own, of any class
         if isinstance(error, ContextError):
             raise
         remedy = "draw without a window: `python demo.py --headless`"
         raise ContextError(f"no window: {explain_failure(str(error) or type(error).__name__)}; {remedy}") from error
+    if size is None and is_software(window.ctx.info["GL_RENDERER"]):
+        window.wnd.size = SOFTWARE_SIZE
+    return window
 
 
-def open_window(controls, folder, size) -> None:
+def open_window(controls, folder, size=None) -> None:
     """Open the window and stay until it is closed."""
     moderngl_window.run_window_config_instance(make_window(controls, folder, size))

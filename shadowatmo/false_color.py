@@ -1,4 +1,4 @@
-"""Pictures of numbers: widths of lit and shadowed air in false color with a legend, and sheets of captioned pictures."""
+"""Pictures of numbers: widths of lit and shadowed air in false color with a legend, sheets of captioned pictures."""
 
 import math
 

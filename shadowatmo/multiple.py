@@ -1,6 +1,6 @@
 """Multiple scattering: a small table of the source of all orders from the second on, and its float64 solver.
 
-Successive orders of the radiance field L_n(h, mu_s; v), v = direction one looks, on a grid of altitudes and sun heights:
+Successive orders of the radiance field L_n(h, mu_s; v), v = direction one looks, on a grid of h and mu_s:
 
     L_1 = single scattering + sunlit ground,  L_n = integral of T J_n dt + T albedo/pi E_(n-1)(ground),
     J_n = scattering(h) . <L_(n-1), P>,       E_n(mu_s) = integral over the upper half of L_n mu at the ground.
@@ -16,12 +16,19 @@ GPU twin: shaders/multiple*.glsl and shaders/multiple_*.frag. Angular units: per
 
 import math
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 
+from shadowatmo.harmonics import (
+    aureole_kernel,
+    band_coefficients,
+    harmonic_indices,
+    phase_moments,
+    polar_basis,
+    rayleigh_moments,
+)
 from shadowatmo.medium import densities, extinction, scattering
-from shadowatmo.phase import mie_phase, rayleigh_phase
+from shadowatmo.phase import rayleigh_phase
 from shadowatmo.quadrature import cumulative_matrix, gauss_legendre
 from shadowatmo.ray import Ray, altitude_of, ground_distance, k_of, make_ray, safe_sqrt
 from shadowatmo.segments import k_along_nodes, make_map, map_node
@@ -31,8 +38,28 @@ from shadowatmo.transmittance import columns_to_top, ozone_crossings, ozone_to
 SUN_WIDTH = 0.06  # of mu_s around the horizon that gets most texels
 HIGHEST_SUN = 0.9999  # mu_s of the last texel: the azimuth from the sun must mean something
 DARK = 1e-30  # floor under logarithms
-AUREOLE_DEGREES = 400  # last degree of the analytic sum
 AUREOLE_TEXELS = 256
+
+
+@dataclass(frozen=True)
+class Effort:
+    """Rays of a gather: zenith angles above and below the horizon, azimuths over half a turn, nodes of pieces."""
+
+    above: int = 8
+    below: int = 6
+    around: int = 10
+    nodes: int = 6
+    gap_nodes: int = 3
+
+    @property
+    def polar(self) -> int:
+        """Zenith angles in all."""
+        return self.above + self.below
+
+    @property
+    def azimuths(self) -> np.ndarray:
+        """Azimuths from the sun [rad]: midpoints of equal parts of half a turn, which stand for the other half too."""
+        return np.pi * (np.arange(self.around) + 0.5) / self.around
 
 
 @dataclass(frozen=True)
@@ -49,14 +76,8 @@ class Recipe:
         Of the spherical harmonics.
     band : int
         Degree to which the aerosols' phase function counts in the first gather.
-    above, below, around : int
-        Directions of the first gather: zenith angles above and below the horizon, azimuths over half a turn.
-    later : (int, int, int)
-        The same for the orders after.
-    nodes, gap_nodes : int
-        Quadrature nodes of a lit and of a shadowed piece of a gathered ray.
-    later_nodes : (int, int)
-        The same for the orders after.
+    first, later : Effort
+        Of the first gather, and of those after.
     orders : int
         Radiance fields that are gathered, before the geometric tail.
     """
@@ -67,18 +88,13 @@ class Recipe:
     azimuths: int = 10
     degree: int = 8
     band: int = 12
-    above: int = 8
-    below: int = 6
-    around: int = 10
-    later: tuple[int, int, int] = (8, 6, 10)
-    nodes: int = 6
-    gap_nodes: int = 3
-    later_nodes: tuple[int, int] = (6, 3)
+    first: Effort = Effort()
+    later: Effort = Effort()
     orders: int = 5
 
 
 RECIPES = {
-    "balanced": Recipe(later=(6, 4, 8), later_nodes=(4, 2), orders=4),
+    "balanced": Recipe(later=Effort(6, 4, 8, 4, 2), orders=4),
     "accurate": Recipe(),
 }
 
@@ -116,61 +132,6 @@ def azimuth_coordinate(mu, mu_s, nu):
     """Return the azimuth from the sun over pi, 0..1, of a direction at zenith cosine mu."""
     across = np.maximum((1.0 - mu * mu) * (1.0 - mu_s * mu_s), 1e-12)
     return np.arccos(np.clip((nu - mu * mu_s) / np.sqrt(across), -1.0, 1.0)) / np.pi
-
-
-@cache
-def harmonic_indices(degree):
-    """Return l and m of the coefficients, each ((degree + 1)(degree + 2)/2,), ordered by m, then l."""
-    pairs = [(l, m) for m in range(degree + 1) for l in range(m, degree + 1)]  # noqa: E741
-    return np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs])
-
-
-def polar_basis(mu, degree):
-    """Return the polar part of the real spherical harmonics, (..., coefficients): Y_lm = polar cos(m azimuth).
-
-    Normalized to 1 over the sphere; the polynomials by the usual recurrence in l.
-    """
-    mu = np.asarray(mu, np.float64)
-    sine = safe_sqrt(1.0 - mu * mu)
-    columns = []
-    for m in range(degree + 1):
-        before, current = np.zeros_like(mu), sine**m * math.prod(range(1, 2 * m, 2))
-        for l in range(m, degree + 1):  # noqa: E741
-            if l > m:
-                step = ((2 * l - 1) * mu * current - (l + m - 1) * before) / (l - m)
-                before, current = current, step
-            factor = (2 * l + 1) / (4 * np.pi) * math.factorial(l - m) / math.factorial(l + m) * (2 if m else 1)
-            columns.append(math.sqrt(factor) * current)
-    return np.stack(columns, axis=-1)
-
-
-@cache
-def phase_moments(g, degree):
-    """Return lambda_l = 2 pi integral of P P_l dmu, l = 0..degree, of aerosols (Cornette and Shanks), (degree + 1,)."""
-    # a sinh substitution about mu = 1 puts the nodes where a narrow lobe is
-    nodes, weights = gauss_legendre(max(400, 2 * degree))
-    size = abs(g)
-    width = max((1.0 - size) ** 2, 1e-8)
-    span = math.asinh(2.0 / width)
-    below = width * np.sinh(span * nodes)
-    mu = 1.0 - below
-    weight = 2 * np.pi * weights * width * span * np.cosh(span * nodes) * mie_phase(mu, size)
-    moments = weight @ np.polynomial.legendre.legvander(mu, degree)
-    return moments if g >= 0 else moments * (-1.0) ** np.arange(degree + 1)
-
-
-def rayleigh_moments(degree):
-    """Return lambda_l of molecules: 1, 0, 0.1, 0, ..."""
-    moments = np.zeros(degree + 1)
-    moments[0] = 1.0
-    if degree >= 2:
-        moments[2] = 0.1
-    return moments
-
-
-def band_coefficients(g, band):
-    """Return the Legendre series of the aerosols' phase function up to a degree, (band + 1,)."""
-    return (2 * np.arange(band + 1) + 1) / (4 * np.pi) * phase_moments(g, band)
 
 
 def mixed_moments(atmosphere, altitude, degree):
@@ -224,7 +185,8 @@ def path_pieces(atmosphere, ray, sun_height, nu, cuts, nodes, gap_nodes):
         if len(rays):
             part = Ray(**{name: value[rays] for name, value in vars(ray).items()})
             lit = number != 1
-            pieces.append(_piece(atmosphere, part, rays, (sun_height[rays], nu[rays]), (near[rays], far[rays]), count, lit, columns))
+            sun, ends = (sun_height[rays], nu[rays]), (near[rays], far[rays])
+            pieces.append(_piece(atmosphere, part, rays, sun, ends, count, lit, columns))
     if atmosphere.ozone is not None:
         crossings = ozone_crossings(atmosphere, ray.tangent_k)
         inside = ozone_to(atmosphere, ray.tangent_k, crossings, ray.x + cuts[:, 3])
@@ -269,21 +231,20 @@ def _piece(atmosphere, ray, rays, sun, ends, count, lit, columns):
 class Gather:
     """All rays of a gather: (heights, suns, polar, azimuths) directions at the table's nodes, with their pieces."""
 
-    def __init__(self, atmosphere, recipe, directions, nodes):
+    def __init__(self, atmosphere, recipe, effort):
         self.atmosphere = atmosphere
         altitude = height_of(atmosphere, np.linspace(0.0, 1.0, recipe.heights))
         mu_s = sun_height(atmosphere, np.linspace(0.0, 1.0, recipe.suns))
-        self.polar, self.polar_weights = gather_polar(atmosphere, altitude, *directions[:2])
-        azimuth = np.pi * (np.arange(directions[2]) + 0.5) / directions[2]
-        self.azimuth = azimuth
-        self.shape = (recipe.heights, recipe.suns, self.polar.shape[1], directions[2])
+        self.polar, self.polar_weights = gather_polar(atmosphere, altitude, effort.above, effort.below)
+        self.azimuth = effort.azimuths
+        self.shape = (recipe.heights, recipe.suns, effort.polar, effort.around)
         mu = np.broadcast_to(self.polar[:, None, :, None], self.shape).ravel()
         h = np.broadcast_to(altitude[:, None, None, None], self.shape).ravel()
         sun = np.broadcast_to(mu_s[None, :, None, None], self.shape).ravel()
-        cosine = np.broadcast_to(np.cos(azimuth), self.shape).ravel()
+        cosine = np.broadcast_to(np.cos(self.azimuth), self.shape).ravel()
         self.nu = mu * sun + safe_sqrt((1.0 - mu * mu) * (1.0 - sun * sun)) * cosine
         ray, sun_y, cuts, self.hits = point_paths(atmosphere, h, mu, sun, self.nu)
-        self.pieces, columns = path_pieces(atmosphere, ray, sun_y, self.nu, cuts, *nodes)
+        self.pieces, columns = path_pieces(atmosphere, ray, sun_y, self.nu, cuts, effort.nodes, effort.gap_nodes)
         self.transmittance = np.exp(-columns @ extinction(atmosphere))
         self.ground_sun = (sun_y + self.nu * cuts[:, 3]) / atmosphere.bottom_radius
 
@@ -398,10 +359,10 @@ def interpolate(table, units):
 
 def solve(atmosphere, recipe=RECIPES["accurate"]) -> MultipleTable:
     """Return the table of all orders from the second on, its ground row that of all orders from the first on."""
-    gather = Gather(atmosphere, recipe, (recipe.above, recipe.below, recipe.around), (recipe.nodes, recipe.gap_nodes))
+    gather = Gather(atmosphere, recipe, recipe.first)
     fields = [gather.moments(gather.first(recipe.band), recipe.degree)]
-    if (recipe.later, recipe.later_nodes) != ((recipe.above, recipe.below, recipe.around), (recipe.nodes, recipe.gap_nodes)):
-        gather = Gather(atmosphere, recipe, recipe.later, recipe.later_nodes)
+    if recipe.later != recipe.first:
+        gather = Gather(atmosphere, recipe, recipe.later)
     for _ in range(1, recipe.orders):
         table = MultipleTable(atmosphere, recipe, *fields[-1])
         fields.append(gather.moments(gather.following(table), recipe.degree))
@@ -419,19 +380,11 @@ def geometric_tail(before, last):
     return ratio / (1.0 - ratio)
 
 
-def aureole_kernel(g, degree, nu):
-    """Return K_j(nu) = sum over l > degree of (2 l + 1)/(4 pi) lambda_l^(j + 1) P_l(nu), j = 1..3, (..., 3) [1/sr]."""
-    moments = phase_moments(g, AUREOLE_DEGREES)
-    series = (2 * np.arange(len(moments)) + 1)[:, None] / (4 * np.pi) * moments[:, None] ** np.array([2, 3, 4])
-    series[: degree + 1] = 0.0
-    return np.moveaxis(np.polynomial.legendre.legval(nu, series), 0, -1)
-
-
 def aureole_source(atmosphere, density, mu_s, light, sun_column, kernel):
     """Return the source [1/m 1/sr] (..., 3) of the forward lobe's degrees above the table's, at lit points.
 
     Orders from the second on in the small-angle limit: each adds a factor lambda_l times the optical depth towards the
-    sun. `density` of aerosols, `light` (..., 3) transmittance to the sun, `sun_column` [m] of aerosols, `kernel` (..., 3).
+    sun. density, sun_column [m] : of aerosols, the latter towards the sun; light, kernel : (..., 3).
     """
     weight = np.clip(0.5 + mu_s / 0.3, 0.0, 1.0)
     tau = sun_column[..., None] * np.array(atmosphere.mie_scattering)

@@ -145,7 +145,7 @@ def test_has_display(environment, platform, expected):
     [
         (ContextError("no OpenGL; install it"), "no OpenGL; install it"),
         (ModuleNotFoundError("No module", name="moderngl"), "moderngl is missing"),
-        (PermissionError(13, "Permission denied", "/root/x"), "/root/x"),
+        (PermissionError(13, "Permission denied", "folder/x"), "folder/x"),
         (ZeroDivisionError("division by zero"), "--debug"),
         (ValueError("two\nlines"), "two lines"),
     ],
@@ -212,10 +212,9 @@ def test_render_writes_linear_radiance(same_context, tmp_path):
 
 
 def test_exposure_and_method_matter(same_context, tmp_path):
-    means = {}
-    for name, options in {
-        "plain": ("--exposure", "5"), "brighter": ("--exposure", "10"), "widths": ("--exposure", "5", "--method", "widths")
-    }.items():  # fmt: skip
+    means, exposure = {}, ("--exposure", "5")
+    cases = {"plain": exposure, "brighter": ("--exposure", "10"), "widths": (*exposure, "--method", "widths")}
+    for name, options in cases.items():
         assert main(["render", "-o", str(tmp_path / f"{name}.png"), *SMALL, *options]) == 0
         with Image.open(tmp_path / f"{name}.png") as image:
             means[name] = np.asarray(image).mean()
@@ -232,7 +231,7 @@ def test_a_bad_exposure_is_refused(same_context, tmp_path, capsys):
 def test_check_as_a_process():
     done = shadowatmo_command("check")
     assert done.returncode == 0, done.stderr
-    for words in ("python", "moderngl", "numpy", "gl renderer", "gl version", "earth color", "64x36", "everything needed"):
+    for words in ("python", "moderngl", "gl renderer", "gl version", "earth color", "64x36", "everything needed works"):
         assert words in done.stdout
     assert not done.stderr
 

@@ -1,0 +1,79 @@
+"""Real spherical harmonics about the zenith for fields that are even in the azimuth, and phase functions in them.
+
+Y_lm = polar_basis cos(m azimuth), m >= 0, normalized to 1 over the sphere. A phase function P acts on a field by the
+factors lambda_l = 2 pi integral of P P_l dmu on its moments (Funk and Hecke).
+"""
+
+import math
+from functools import cache
+
+import numpy as np
+
+from shadowatmo.phase import mie_phase
+from shadowatmo.quadrature import gauss_legendre
+from shadowatmo.ray import safe_sqrt
+
+AUREOLE_DEGREES = 400  # last degree of the sum over a forward lobe
+
+
+@cache
+def harmonic_indices(degree):
+    """Return l and m of the coefficients, each ((degree + 1)(degree + 2)/2,), ordered by m, then l."""
+    pairs = [(l, m) for m in range(degree + 1) for l in range(m, degree + 1)]  # noqa: E741
+    return np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs])
+
+
+def polar_basis(mu, degree):
+    """Return the polar part of the real spherical harmonics, (..., coefficients): Y_lm = polar cos(m azimuth).
+
+    Normalized to 1 over the sphere; the polynomials by the usual recurrence in l.
+    """
+    mu = np.asarray(mu, np.float64)
+    sine = safe_sqrt(1.0 - mu * mu)
+    columns = []
+    for m in range(degree + 1):
+        before, current = np.zeros_like(mu), sine**m * math.prod(range(1, 2 * m, 2))
+        for l in range(m, degree + 1):  # noqa: E741
+            if l > m:
+                step = ((2 * l - 1) * mu * current - (l + m - 1) * before) / (l - m)
+                before, current = current, step
+            factor = (2 * l + 1) / (4 * np.pi) * math.factorial(l - m) / math.factorial(l + m) * (2 if m else 1)
+            columns.append(math.sqrt(factor) * current)
+    return np.stack(columns, axis=-1)
+
+
+@cache
+def phase_moments(g, degree):
+    """Return lambda_l = 2 pi integral of P P_l dmu, l = 0..degree, of aerosols (Cornette and Shanks), (degree + 1,)."""
+    # a sinh substitution about mu = 1 puts the nodes where a narrow lobe is
+    nodes, weights = gauss_legendre(max(400, 2 * degree))
+    size = abs(g)
+    width = max((1.0 - size) ** 2, 1e-8)
+    span = math.asinh(2.0 / width)
+    below = width * np.sinh(span * nodes)
+    mu = 1.0 - below
+    weight = 2 * np.pi * weights * width * span * np.cosh(span * nodes) * mie_phase(mu, size)
+    moments = weight @ np.polynomial.legendre.legvander(mu, degree)
+    return moments if g >= 0 else moments * (-1.0) ** np.arange(degree + 1)
+
+
+def rayleigh_moments(degree):
+    """Return lambda_l of molecules: 1, 0, 0.1, 0, ..."""
+    moments = np.zeros(degree + 1)
+    moments[0] = 1.0
+    if degree >= 2:
+        moments[2] = 0.1
+    return moments
+
+
+def band_coefficients(g, band):
+    """Return the Legendre series of the aerosols' phase function up to a degree, (band + 1,)."""
+    return (2 * np.arange(band + 1) + 1) / (4 * np.pi) * phase_moments(g, band)
+
+
+def aureole_kernel(g, degree, nu):
+    """Return K_j(nu) = sum over l > degree of (2 l + 1)/(4 pi) lambda_l^(j + 1) P_l(nu), j = 1..3, (..., 3) [1/sr]."""
+    moments = phase_moments(g, AUREOLE_DEGREES)
+    series = (2 * np.arange(len(moments)) + 1)[:, None] / (4 * np.pi) * moments[:, None] ** np.array([2, 3, 4])
+    series[: degree + 1] = 0.0
+    return np.moveaxis(np.polynomial.legendre.legval(nu, series), 0, -1)

@@ -1,0 +1,74 @@
+"""The surface: maps, relief, and the lit ground against the twin's sunlight."""
+
+import numpy as np
+
+import shadowatmo as sa
+from shadowatmo.passes.planet import RINGS, SPOKES, polar_grid
+from shadowatmo.passes.surface_maps import relief
+from tests.cameras import SUN, level
+
+SIZE = (64, 48)
+
+
+def test_slopes_of_a_known_hill():
+    rows, columns, radius = 180, 360, 6.36e6
+    longitude = np.radians(np.arange(columns) + 0.5 - 180)
+    height = np.broadcast_to(1000 * np.sin(longitude), (rows, columns)).astype(np.float32)
+    slopes = relief(height, radius)
+    at_equator = slopes[90, :, 0]
+    assert np.allclose(at_equator, 1000 * np.cos(longitude) / radius, rtol=1e-2, atol=1e-7)
+    assert np.abs(slopes[..., 1]).max() == 0 and np.array_equal(slopes[..., 2], height)
+    assert abs(at_equator[0] - at_equator[-1]) < 1e-5  # longitudes wrap
+
+
+def test_polar_grid_covers_the_disc():
+    vertices, indices = polar_grid()
+    assert len(vertices) == (RINGS + 1) * (SPOKES + 1) and len(indices) == RINGS * SPOKES * 6
+    assert vertices.min() == 0 and vertices.max() == 1 and indices.max() == len(vertices) - 1
+
+
+def test_uniform_ground_is_sunlight_and_skylight(ctx):
+    """Straight down from 100 m the ground's radiance is albedo / pi times direct light and skylight."""
+    scene = sa.Scene(suns=SUN, surface=sa.Surface())
+    camera = level(40, 100.0, 0, -90)
+    with sa.Renderer(ctx, scene, SIZE, "accurate") as renderer:
+        pixel = renderer.render(camera).numpy()[24, 32]
+    truth = sa.reference.probe(scene, camera.position, camera.forward)
+    direct = truth.ground_direct[0] + truth.single[0]
+    assert np.all(pixel > direct) and np.all(pixel < 2 * direct)
+    black = sa.Scene(suns=SUN, surface=None)
+    with sa.Renderer(ctx, black, SIZE, "accurate") as renderer:
+        assert np.allclose(renderer.render(camera).numpy()[24, 32], truth.single[0], rtol=1e-2)
+
+
+def test_relief_stands_above_the_sphere(ctx):
+    """From 9 km above the Himalayas the ground is nearer than the sphere, and the sea elsewhere is not."""
+    def depth(latitude, longitude):
+        a, b = np.radians(latitude), np.radians(longitude)
+        up = np.array([np.cos(a) * np.cos(b), np.cos(a) * np.sin(b), np.sin(a)])
+        scene = sa.Scene(suns=sa.Sun(direction=up), surface=sa.Surface.earth())
+        camera = sa.Camera(position=(scene.atmosphere.bottom_radius + 9e3) * up, forward=-up)
+        with sa.Renderer(ctx, scene, SIZE, "fast") as renderer:
+            return renderer.render(camera).read("depth")[24, 32, 0]
+
+    assert 2500 < depth(33.0, 86.0) < 5500  # the plateau of Tibet, about 5 km high
+    assert abs(depth(0.0, -150.0) - 9e3) < 20
+
+
+def test_date_line_has_no_seam(ctx):
+    """A strip of sea across 180 degrees of longitude varies smoothly."""
+    up = np.array([-1.0, 0.0, 0.0])
+    scene = sa.Scene(suns=sa.Sun(direction=up), surface=sa.Surface.earth())
+    camera = sa.Camera(position=1.5e7 * up, target=(0, 0, 0), vertical_fov=0.3)
+    with sa.Renderer(ctx, scene, (201, 41)) as renderer:
+        row = renderer.render(camera).numpy()[10].astype(float)
+    steps = np.abs(np.diff(row, axis=0)).max(axis=1)
+    assert steps[95:106].max() <= 1.5 * steps.max() and steps[95:106].max() < 0.02
+
+
+def test_night_is_dark(ctx):
+    scene = sa.Scene(suns=SUN, surface=sa.Surface.earth())
+    with sa.Renderer(ctx, scene, SIZE) as renderer:
+        day = renderer.render(level(50, 1e4, 0, -60)).numpy()
+        night = renderer.render(level(125, 1e4, 0, -60)).numpy()
+    assert day.min() > 1e-4 and night.max() < 1e-6 * day.max()
