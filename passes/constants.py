@@ -6,6 +6,7 @@ from shadowatmo.quadrature import cumulative_matrix, gauss_legendre
 from shadowatmo.ray import k_of
 from shadowatmo.segments import dominant_layer
 from shadowatmo.shadow import cylinder, umbra_cone
+from shadowatmo.transmittance import ozone_levels, ozone_ramps
 
 # by terms of the closed form: relative density at the top above which the column beyond it is worth subtracting
 TOP_DENSITY = {4: 1e-3, 6: 1e-5}
@@ -31,7 +32,8 @@ def medium_uniforms(atmosphere) -> dict:
     }
     if atmosphere.ozone is not None:
         uniforms["u_ozone_extinction"] = atmosphere.ozone.extinction
-        uniforms["u_ozone_layer"] = (atmosphere.ozone.center, atmosphere.ozone.half_width)
+        uniforms["u_ozone_k"] = ozone_levels(atmosphere)
+        uniforms["u_ozone_ramps"] = ozone_ramps(atmosphere)
     return uniforms
 
 

@@ -6,9 +6,11 @@ import numpy as np
 from PIL import Image
 
 from shadowatmo.errors import PassError
-from shadowatmo.false_color import widths_image
+from shadowatmo.false_color import left_half, widths_image
 from shadowatmo.gallery import Picture
+from shadowatmo.passes.frame import Frame
 from shadowatmo.passes.pipeline import Renderer
+from shadowatmo.passes.tonemap import automatic_exposure
 from shadowatmo.quality import as_quality
 
 
@@ -37,22 +39,28 @@ class Gallery:
         PassError
             If a pixel came out as NaN or infinite.
         """
-        frame = self._renderer(picture).render(picture.camera)
-        if not np.isfinite(frame.numpy()).all():
-            raise PassError(f"picture {picture.name} has pixels that are not finite; please report it")
-        color = None if picture.style == "widths" else frame.image(picture.exposure)
+        frame = self._frame(picture, picture.quality)
         if picture.style == "color":
-            return color
-        return widths_image(frame.read("lit_width")[..., 0], frame.read("shadow_width")[..., 0], color)
+            exposure = picture.exposure or automatic_exposure(frame.numpy())
+            image = frame.image(exposure)
+            if picture.left is not None:
+                other = self._frame(picture, {**picture.quality, **picture.left}).image(exposure)
+                image.paste(left_half(other))
+            return image
+        widths = (frame.read(name)[..., 0] for name in ("lit_width", "shadow_width"))
+        return widths_image(*widths, left_half(frame.image(picture.exposure)) if picture.style == "split" else None)
 
-    def _renderer(self, picture) -> Renderer:
-        """Return the renderer of a picture's quality, set to its scene."""
-        quality = replace(self.quality, **picture.quality)
+    def _frame(self, picture, changes) -> Frame:
+        """Return a picture's frame at the set's quality with some changes."""
+        quality = replace(self.quality, **changes)
         if quality not in self._renderers:
             self._renderers[quality] = Renderer(self.ctx, picture.scene, self.size, quality)
         renderer = self._renderers[quality]
         renderer.scene = picture.scene
-        return renderer
+        frame = renderer.render(picture.camera)
+        if not np.isfinite(frame.numpy()).all():
+            raise PassError(f"picture {picture.name} has pixels that are not finite; please report it")
+        return frame
 
     def close(self) -> None:
         """Release the renderers."""

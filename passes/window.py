@@ -10,7 +10,7 @@ from moderngl_window.context.base import WindowConfig
 
 from shadowatmo.controls import Controls, key_names
 from shadowatmo.errors import ContextError
-from shadowatmo.passes.gl.context import explain_failure, is_software
+from shadowatmo.passes.gl.context import is_software
 from shadowatmo.passes.viewer import Viewer
 
 TITLE = "shadowatmo"
@@ -104,8 +104,9 @@ def make_window(controls, folder, size=None, arguments=()):
     except Exception as error:  # window libraries raise exceptions of their own, of any class
         if isinstance(error, ContextError):
             raise
-        remedy = "draw without a window: `python demo.py --headless`"
-        raise ContextError(f"no window: {explain_failure(str(error) or type(error).__name__)}; {remedy}") from error
+        text = " ".join(str(error).split()) or type(error).__name__
+        remedy = "see that DISPLAY names a running display with OpenGL 3.3, or draw without: python demo.py --headless"
+        raise ContextError(f"no window on this display: {text}; {remedy}") from error
     if size is None and is_software(window.ctx.info["GL_RENDERER"]):
         window.wnd.size = SOFTWARE_SIZE
     return window

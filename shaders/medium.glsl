@@ -7,15 +7,12 @@ uniform vec3 u_mie_extinction;       // 1/m at altitude 0
 
 #ifdef HAS_OZONE
 uniform vec3 u_ozone_extinction;  // 1/m at the peak
-uniform vec2 u_ozone_layer;       // m: altitude of the peak, half width
+uniform vec3 u_ozone_k;           // m^2: k where the tent begins, peaks and ends
+uniform vec3 u_ozone_ramps;       // 1/m^2: change of its slope over k there
 #endif
 
 // Relative densities (molecules, aerosols) at an altitude [m]; below the ground they stay what they are on it.
 vec2 densities(float altitude) { return exp(-max(altitude, 0.0) / u_scale_height); }
-
-#ifdef HAS_OZONE
-float ozone_density(float altitude) { return max(0.0, 1.0 - abs(altitude - u_ozone_layer.x) / u_ozone_layer.y); }
-#endif
 
 // Optical depth (3 channels) of columns [m at altitude 0]: molecules, aerosols, and ozone [m at its peak].
 vec3 optical_depth(vec3 columns) {

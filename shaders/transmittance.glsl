@@ -10,29 +10,20 @@
 #include "ray.glsl"
 
 #ifdef HAS_OZONE
-const float GAUSS_2 = 0.577350269189626;
-
-// Integral of the tent between two distances from the tangent point on one side of a kink; exact while the altitude is a
-// parabola in x, which it is to 1e-6 over any thin layer.
-float ozone_piece(float tangent_k, float from, float to) {
-  float middle = 0.5 * (from + to);
-  float half_width = 0.5 * (to - from);
-  float a = middle - GAUSS_2 * half_width;
-  float b = middle + GAUSS_2 * half_width;
-  float sum = ozone_density(altitude_of(tangent_k + a * a)) + ozone_density(altitude_of(tangent_k + b * b));
-  return half_width * sum;
-}
+// The tent is linear in altitude, and over a thin layer all but linear in k: the sum of three ramps in k. Along a ray k is
+// tangent_k + x^2, so that the column is a cubic in x. The error is half_width / (16 R) of the column or less.
 
 // Distances from the tangent point at which the tent begins, peaks and ends (or is cut by the top).
-vec3 ozone_crossings(float tangent_k) {
-  vec3 h = clamp(u_ozone_layer.x + u_ozone_layer.y * vec3(-1.0, 0.0, 1.0), 0.0, u_thickness);
-  return sqrt(max(h * (2.0 * u_bottom_radius + h) - tangent_k, 0.0));
-}
+vec3 ozone_crossings(float tangent_k) { return sqrt(max(min(u_ozone_k, u_top_k) - tangent_k, 0.0)); }
 
 // Column from the tangent point out to |x|, with the sign of x.
 float ozone_to(float tangent_k, vec3 crossings, float x) {
-  vec3 c = min(crossings, abs(x));
-  float column = ozone_piece(tangent_k, c.x, c.y) + ozone_piece(tangent_k, c.y, c.z);
+  // From its crossing c on, a ramp's column is the integral of x^2 - c^2, and where the whole ray lies above its start
+  // the ramp has begun already at the tangent point.
+  vec3 beyond = max(vec3(min(abs(x), crossings.z)) - crossings, 0.0);
+  vec3 begun = max(tangent_k - u_ozone_k, 0.0);
+  vec3 ramps = beyond * (beyond * (beyond + 3.0 * crossings) / 3.0 + begun);
+  float column = max(dot(u_ozone_ramps, ramps), 0.0);
   return x < 0.0 ? -column : column;
 }
 

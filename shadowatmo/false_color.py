@@ -37,13 +37,18 @@ def false_color(lit, shadow, longest) -> np.ndarray:
 
 
 def widths_image(lit, shadow, left=None) -> Image.Image:
-    """Return the widths (h, w) [m] of a frame in false color, with a legend in metres; the left half may be another."""
+    """Return the widths (h, w) [m] of a frame in false color with a legend in metres, `left` pasted over its left."""
     longest = round_up(max(float(np.max(lit)), float(np.max(shadow)), 1.0))
     image = Image.fromarray(encode_srgb(false_color(lit, shadow, longest)))
     if left is not None:
-        image.paste(left.crop((0, 0, image.width // 2, image.height)), (0, 0))
+        image.paste(left)
     draw_legend(image, longest)
     return image
+
+
+def left_half(image) -> Image.Image:
+    """Return the left half of a picture."""
+    return image.crop((0, 0, image.width // 2, image.height))
 
 
 def round_up(value) -> float:

@@ -32,6 +32,8 @@ class Picture:
         What is drawn and from where.
     quality : dict
         What this picture needs changed in the quality that the whole set is drawn with.
+    left : dict, optional
+        What the left half has changed further in its quality, for comparison.
     style : str
         "color": the tonemapped frame; "widths": lit and shadowed widths in false color; "split": the frame on the left
         and its widths on the right.
@@ -44,6 +46,7 @@ class Picture:
     scene: Scene
     camera: Camera
     quality: dict = field(default_factory=dict)
+    left: dict | None = None
     style: str = "color"
     exposure: float | None = None
 
@@ -141,9 +144,9 @@ def _paper():
         ),
         Picture(
             "very_close",
-            "Ten metres above the top of the air: no steps between layers where it almost touches the near plane.",
+            "Ten metres above the air. Left: the published 24-bit depth with its steps; right: 32 bits, without steps.",
             **_standing("earth", (20, -60, 60010.0), (90, 8), (60, -12), 50),
-            style="split",
+            left={"depth_bits": 24},
         ),
     )
 

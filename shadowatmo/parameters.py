@@ -90,6 +90,9 @@ class Atmosphere:
         _set(self, ground_albedo=vector("ground_albedo", self.ground_albedo, low=0, high=1))
         if self.ozone is not None:
             instance("ozone", self.ozone, TentLayer, "None or a TentLayer")
+            lowest = self.ozone.center - self.ozone.half_width
+            if lowest <= -bottom:
+                raise ParameterError("ozone", self.ozone, f"a layer that begins above the planet's center, {-bottom:g} m")
         if any(s > e * (1 + 1e-12) for s, e in zip(self.mie_scattering, self.mie_extinction, strict=True)):
             raise ParameterError(
                 "mie_scattering", self.mie_scattering, f"at most mie_extinction = {self.mie_extinction} in each channel"

@@ -7,7 +7,7 @@ the column's relative error is 5e-4, with 6 it is 2e-5, for r/H above a few hund
 
 import numpy as np
 
-from shadowatmo.medium import densities, extinction
+from shadowatmo.medium import extinction
 from shadowatmo.ray import altitude_of, far_root, k_of, safe_sqrt
 
 # t = 1/(1 + p z) and the coefficients of t, t^2, ... in sqrt(pi) exp(z^2) erfc(z)
@@ -15,7 +15,6 @@ EXPONENTIAL_INTEGRAL = {
     4: (0.749563, (0.74999401, 0.72509822, 0.75344855, -0.4570285)),
     6: (0.460463, (0.4604722, 0.45956096, 0.4267281, 0.22249795, 0.42758318, -0.22441785)),
 }
-GAUSS_2 = 1.0 / np.sqrt(3.0)
 
 
 def exponential_integral(z, terms):
@@ -63,29 +62,31 @@ def layer_columns(atmosphere, k, y, terms, subtract_top):
     return np.maximum(columns, 0.0)
 
 
-def ozone_piece(atmosphere, tangent_k, start, end):
-    """Return the tent's column [m] between two distances from the tangent point, by two Gauss points."""
-    middle, half_width = 0.5 * (start + end), 0.5 * (end - start)
-    density = [
-        densities(atmosphere, altitude_of(atmosphere, tangent_k + (middle + s * GAUSS_2 * half_width) ** 2))[..., 2]
-        for s in (-1.0, 1.0)
-    ]
-    return half_width * (density[0] + density[1])
+def ozone_levels(atmosphere):
+    """Return k (3,) [m^2] at which the tent begins, peaks and ends."""
+    layer = atmosphere.ozone
+    return k_of(atmosphere, layer.center + layer.half_width * np.array([-1.0, 0.0, 1.0]))
+
+
+def ozone_ramps(atmosphere):
+    """Return (3,): how much the tent's slope over k changes where it begins, peaks and ends [1/m^2]."""
+    begin, peak, end = ozone_levels(atmosphere)
+    rising, falling = 1.0 / (peak - begin), 1.0 / (end - peak)
+    return np.array([rising, -rising - falling, falling])
 
 
 def ozone_crossings(atmosphere, tangent_k):
     """Return the distances (N, 3) [m] from the tangent point at which the tent begins, peaks and ends."""
-    layer = atmosphere.ozone
-    levels = np.clip(layer.center + layer.half_width * np.array([-1.0, 0.0, 1.0]), 0.0, atmosphere.thickness)
-    return safe_sqrt(k_of(atmosphere, levels) - np.asarray(tangent_k)[..., None])
+    levels = np.minimum(ozone_levels(atmosphere), k_of(atmosphere, atmosphere.thickness))
+    return safe_sqrt(levels - np.asarray(tangent_k)[..., None])
 
 
 def ozone_to(atmosphere, tangent_k, crossings, x):
     """Return the tent's column [m] from the tangent point out to |x|, with the sign of x."""
-    c = np.minimum(crossings, np.abs(x)[..., None])
-    inner = ozone_piece(atmosphere, tangent_k, c[..., 0], c[..., 1])
-    outer = ozone_piece(atmosphere, tangent_k, c[..., 1], c[..., 2])
-    return np.where(x < 0.0, -1.0, 1.0) * (inner + outer)
+    beyond = np.maximum(np.minimum(np.abs(x), crossings[..., 2])[..., None] - crossings, 0.0)
+    begun = np.maximum(np.asarray(tangent_k)[..., None] - ozone_levels(atmosphere), 0.0)
+    ramps = beyond * (beyond * (beyond + 3.0 * crossings) / 3.0 + begun)
+    return np.where(x < 0.0, -1.0, 1.0) * np.maximum(ramps @ ozone_ramps(atmosphere), 0.0)
 
 
 def ozone_to_top(atmosphere, k, y):

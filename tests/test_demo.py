@@ -12,7 +12,7 @@ from PIL import Image
 
 import shadowatmo
 from shadowatmo.errors import ParameterError
-from shadowatmo.false_color import contact_sheet, false_color, font, metres, round_up, widths_image, wrap
+from shadowatmo.false_color import contact_sheet, false_color, font, left_half, metres, round_up, widths_image, wrap
 from shadowatmo.gallery import pictures, select
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -75,7 +75,7 @@ def frames(ctx):
     with Gallery(ctx, SIZE) as gallery:
         for picture in pictures():
             image = np.asarray(gallery.draw(picture))
-            frame = gallery._renderer(picture).render(picture.camera)
+            frame = gallery._frame(picture, picture.quality)
             widths = (frame.read(name)[..., 0] for name in ("lit_width", "shadow_width"))
             found[picture.name] = (frame.numpy(), *widths, image)
     return found
@@ -113,6 +113,12 @@ def test_close_air_has_no_steps(frames):
     ground = np.diff(lit[50:], axis=0)  # nearer rows see shorter paths
     assert (ground < 0).all()
     assert np.abs(np.diff(ground, axis=0)).max() < 0.15 * np.abs(ground).max()
+
+
+def test_close_air_shows_the_steps_of_the_published_depth_on_the_left(frames):
+    image = frames["very_close"][3][50:, :, 2].astype(float)  # the ground side, in blue
+    rough = np.abs(np.diff(image, 2, axis=0)).mean(axis=0)
+    assert rough[:80].mean() > 1.5 * rough[81:].mean()
 
 
 def test_the_shadow_from_the_side_has_day_and_night(frames):
@@ -161,7 +167,7 @@ def test_legend_names_metres():
 
 
 def test_split_picture_keeps_its_left_half():
-    left = Image.new("RGB", (60, 40), (1, 2, 3))
+    left = left_half(Image.new("RGB", (60, 40), (1, 2, 3)))
     image = np.asarray(widths_image(np.full((40, 60), 1e5), np.zeros((40, 60)), left))
     assert (image[:, :30] == (1, 2, 3)).all() and not (image[:, 30:] == (1, 2, 3)).all()
 

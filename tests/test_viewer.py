@@ -82,6 +82,20 @@ def test_words_fit_and_name_every_key():
             assert key in text
 
 
+def test_meter_takes_means(ctx, rng):
+    from shadowatmo.passes.meter import Meter
+
+    blocks = rng.random((36, 64, 3)).astype(np.float32)
+    picture = np.ones((180, 320, 4), np.float32)
+    picture[..., :3] = blocks.repeat(5, axis=0).repeat(5, axis=1)
+    texture = ctx.texture((320, 180), 4, picture[::-1].tobytes(), dtype="f4")
+    meter = Meter(ctx, (320, 180))
+    meter.draw({"color": texture})
+    assert np.allclose(meter.read(), blocks, atol=1e-6)  # 16 equal float32 summed
+    meter.release()
+    texture.release()
+
+
 def test_a_resize_is_followed(viewer, ctx):
     for size in (SIZE, (41, 77), (1, 1), SIZE):
         framebuffer = ctx.simple_framebuffer(size, components=4)
