@@ -70,8 +70,8 @@ class Renderer:
         instance("scene", scene, Scene, "a Scene")
         before, self._scene = getattr(self, "_scene", None), scene
         if before is not None and before.surface != scene.surface:
+            self._release("planet")
             with preserve_state(self.ctx):
-                self._release("planet")
                 self._make_passes()
 
     def _make_passes(self):
@@ -210,10 +210,10 @@ class Renderer:
         """Release everything that the renderer made; a second call does nothing."""
         if self._closed:
             return
+        # No state guard here: OpenGL itself unbinds what is deleted, and a guard would bind the dead names again.
         self._closed, self.frame_number = True, -1
-        with preserve_state(self.ctx):
-            for name in list(self._passes):
-                self._release(name)
+        for name in list(self._passes):
+            self._release(name)
 
     def __enter__(self) -> "Renderer":
         return self

@@ -28,7 +28,7 @@ class Planet(RenderPass):
         super().__init__(ctx, size)
         self.target = self.own(Target(ctx, size, color=("rgba32f",), depth=depth_format))
         self.reversed = depth_format == "d32f"
-        self.maps = self.own(SurfaceMaps(ctx, surface)) if surface is not None else None
+        self.maps = self.own(SurfaceMaps.acquire(ctx, surface)) if surface is not None else None
         self._grid, self._arrays = None, {}
 
     def draw(self, view, textures):

@@ -90,13 +90,14 @@ class Proxy:
     def draw(self, fragment, defines, uniforms, view, faces) -> None:
         """Draw the "front" or "back" faces with an entry shader into the bound framebuffer.
 
-        Where the camera is inside the proxy no front face is in view; the back faces then stand for both sides.
+        Where the camera is inside the proxy no front face is in view; the back faces then give the coverage of both
+        sides. Not so in the published variant, whose depth is the faces' own: there the cleared depth stands.
         """
         program = build_program(self.ctx, fragment, vertex="proxy.vert", defines=defines)
         set_uniforms(program, {**uniforms, "u_to_clip": view.to_clip})
         if program not in self._arrays:
             self._arrays[program] = self.ctx.vertex_array(program, [(self._buffer, "3f", "in_position")])
-        inside = contains(self.mesh, view.position)
+        inside = view.quality.depth_bits == 32 and contains(self.mesh, view.position)
         self.ctx.enable(moderngl.CULL_FACE)
         self.ctx.cull_face = "back" if faces == "front" and not inside else "front"
         self._arrays[program].render(moderngl.TRIANGLES)

@@ -3,14 +3,29 @@
 import moderngl
 import numpy as np
 
+from shadowatmo.passes.gl.context import context_store
+
 SRGB8_ALPHA8 = 0x8C43
 
 
 class SurfaceMaps:
-    """Textures of one Surface, with mipmaps; `relief` and `color` are None where the surface has none."""
+    """Textures of one Surface, with mipmaps; `relief` and `color` are None where the surface has none.
+
+    Loading takes a third of a second, so renderers of one context share the maps of a surface: `acquire` them, and
+    `release` them once for each time; the last release frees the textures.
+    """
+
+    @classmethod
+    def acquire(cls, ctx, surface) -> "SurfaceMaps":
+        """Return the context's maps of a surface, made at the first call."""
+        store = context_store(ctx).setdefault("surface_maps", {})
+        if surface not in store:
+            store[surface] = cls(ctx, surface)
+        store[surface].users += 1
+        return store[surface]
 
     def __init__(self, ctx, surface):
-        self.ctx = ctx
+        self.ctx, self.surface, self.users = ctx, surface, 0
         self.color, self.relief, self.highest = None, None, 0.0
         color, height = surface.load_color(), surface.load_height()
         try:
@@ -21,7 +36,7 @@ class SurfaceMaps:
                 self.highest = float(height.max())
                 self.relief = self._texture(relief(height), "f4", None)
         except BaseException:
-            self.release()
+            self._free()
             raise
 
     def _texture(self, rows, dtype, internal_format):
@@ -46,7 +61,13 @@ class SurfaceMaps:
         return {name: texture for name, texture in maps.items() if texture is not None}
 
     def release(self) -> None:
-        """Release the textures."""
+        """Give the maps back; the textures go with their last user."""
+        self.users -= 1
+        if self.users == 0:
+            context_store(self.ctx)["surface_maps"].pop(self.surface, None)
+            self._free()
+
+    def _free(self):
         for texture in (self.color, self.relief):
             if texture is not None:
                 texture.release()

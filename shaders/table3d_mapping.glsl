@@ -34,6 +34,9 @@ float altitude_axis(float k) { return sqrt(clamp(k / u_top_k, 0.0, 1.0)); }
 float altitude_axis_k(float unit) { return unit * unit * u_top_k; }
 float sun_axis(float mu_s) { return clamp((1.0 - exp(-2.8 * mu_s - 0.8)) / SUN_SCALE, 0.0, 1.0); }
 float sun_of_axis(float unit) { return clamp((-log(1.0 - SUN_SCALE * unit) - 0.8) / 2.8, -1.0, 1.0); }
+
+// Elek's phase of molecules for the sum of all orders, eq. 15, per steradian; its mean is 1.12 of isotropic.
+float ad_hoc_phase(float nu) { return (1.12 + 0.4 * nu) / 12.566370614; }
 #else
 float altitude_axis(float k) { return clamp(altitude_of(k) / u_thickness, 0.0, 1.0); }
 float altitude_axis_k(float unit) { return unit * u_thickness * (2.0 * u_bottom_radius + unit * u_thickness); }

@@ -11,7 +11,7 @@
 
 #ifdef HAS_OZONE
 // The tent is linear in altitude, and over a thin layer all but linear in k: the sum of three ramps in k. Along a ray k is
-// tangent_k + x^2, so that the column is a cubic in x. The error is half_width / (16 R) of the column or less.
+// tangent_k + x^2, so that the column is a cubic in x. The error is about half_width / (50 R) of the column.
 
 // Distances from the tangent point at which the tent begins, peaks and ends (or is cut by the top).
 vec3 ozone_crossings(float tangent_k) { return sqrt(max(min(u_ozone_k, u_top_k) - tangent_k, 0.0)); }

@@ -35,8 +35,8 @@ from shadowatmo.segments import k_along_nodes, make_map, map_node
 from shadowatmo.shadow import AxisRay, cone_interval, cylinder
 from shadowatmo.transmittance import columns_to_top, ozone_crossings, ozone_to
 
-SUN_WIDTH = 0.06  # of mu_s around the horizon that gets most texels
-HIGHEST_SUN = 0.9999  # mu_s of the last texel: the azimuth from the sun must mean something
+SUN_WIDTH = 0.06  # rad, of the sun's elevation about the horizon that gets most texels
+HIGHEST_SUN = 1.5566  # rad, elevation at the last texel: the azimuth from the sun must mean something
 DARK = 1e-30  # floor under logarithms
 AUREOLE_TEXELS = 256
 
@@ -100,22 +100,32 @@ RECIPES = {
 
 
 def sun_range(atmosphere) -> tuple[float, float]:
-    """Return arcsinh(mu_s / SUN_WIDTH) at the two ends of the sun's axis; the lowest sun leaves the whole sky dark."""
+    """Return arcsinh(elevation / SUN_WIDTH) at the two ends of the sun's axis; the lowest sun leaves the sky dark."""
     dip = 2.2 * math.acos(atmosphere.bottom_radius / atmosphere.top_radius)
-    lowest = -math.sin(min(math.radians(85.0), dip))
-    return math.asinh(lowest / SUN_WIDTH), math.asinh(HIGHEST_SUN / SUN_WIDTH)
+    return math.asinh(-min(math.radians(85.0), dip) / SUN_WIDTH), math.asinh(HIGHEST_SUN / SUN_WIDTH)
 
 
 def sun_coordinate(atmosphere, mu_s):
     """Return the place 0..1 of mu_s on the sun's axis."""
     low, high = sun_range(atmosphere)
-    return np.clip((np.arcsinh(mu_s / SUN_WIDTH) - low) / (high - low), 0.0, 1.0)
+    elevation = np.arcsin(np.clip(mu_s, -1.0, 1.0))
+    return np.clip((np.arcsinh(elevation / SUN_WIDTH) - low) / (high - low), 0.0, 1.0)
 
 
 def sun_height(atmosphere, unit):
     """Return mu_s at a place 0..1; the inverse of sun_coordinate."""
     low, high = sun_range(atmosphere)
-    return SUN_WIDTH * np.sinh(low + (high - low) * unit)
+    return np.sin(SUN_WIDTH * np.sinh(low + (high - low) * unit))
+
+
+def polar_coordinate(mu):
+    """Return the place 0..1 of a direction's zenith cosine, uniform in the angle, from the nadir to the zenith."""
+    return 1.0 - np.arccos(np.clip(mu, -1.0, 1.0)) / np.pi
+
+
+def polar_height(unit):
+    """Return the zenith cosine at a place 0..1."""
+    return -np.cos(np.pi * unit)
 
 
 def height_coordinate(atmosphere, altitude):
@@ -322,7 +332,7 @@ class MultipleTable:
         altitude = height_of(atmosphere, np.linspace(0.0, 1.0, recipe.heights))
         mean = np.maximum(moments[:, :, 0] / math.sqrt(4.0 * np.pi), DARK)
         scaled = moments / mean[:, :, None] * mixed_moments(atmosphere, altitude, recipe.degree)[:, None, l]
-        basis = polar_basis(np.linspace(-1.0, 1.0, recipe.polar), recipe.degree)
+        basis = polar_basis(polar_height(np.linspace(0.0, 1.0, recipe.polar)), recipe.degree)
         turns = np.cos(np.outer(np.linspace(0.0, np.pi, recipe.azimuths), np.arange(recipe.degree + 1)))
         per_m = [scaled[:, :, m == n].transpose(0, 1, 3, 2) @ basis[:, m == n].T for n in range(recipe.degree + 1)]
         self.values = np.einsum("mhsci,am->hsiac", np.stack(per_m), turns)
@@ -334,7 +344,7 @@ class MultipleTable:
         units = [
             height_coordinate(self.atmosphere, altitude),
             sun_coordinate(self.atmosphere, mu_s),
-            0.5 * (np.clip(mu, -1.0, 1.0) + 1.0),
+            polar_coordinate(mu),
             azimuth_coordinate(mu, mu_s, nu),
         ]
         beta = densities(self.atmosphere, altitude)[..., :2] @ scattering(self.atmosphere)

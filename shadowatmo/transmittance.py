@@ -63,9 +63,17 @@ def layer_columns(atmosphere, k, y, terms, subtract_top):
 
 
 def ozone_levels(atmosphere):
-    """Return k (3,) [m^2] at which the tent begins, peaks and ends."""
+    """Return k (3,) [m^2] at which the tent begins, peaks and ends when its sides are taken as straight over k.
+
+    Over k they bend a little, by half_width / (2 R) of themselves; the ends are moved so that either side keeps its column.
+    """
     layer = atmosphere.ozone
-    return k_of(atmosphere, layer.center + layer.half_width * np.array([-1.0, 0.0, 1.0]))
+    begin, half_up, peak, half_down, end = (
+        k_of(atmosphere, layer.center + side * layer.half_width) for side in (-1.0, -0.5, 0.0, 0.5, 1.0)
+    )
+    up, down = (half_up - begin) / (peak - begin), (end - half_down) / (end - peak)
+    bend_up, bend_down = ((0.5 - half) / (half * (1.0 - half)) for half in (up, down))
+    return np.array([begin - bend_up / 3.0 * (peak - begin), peak, end + bend_down / 3.0 * (end - peak)])
 
 
 def ozone_ramps(atmosphere):

@@ -64,6 +64,17 @@ def test_camera_inside_the_shadow_sees_no_cap(ctx):
         assert frame.read("shadow_width")[0].min() > 1e4
 
 
+@pytest.mark.parametrize("depth_bits", [32, 24])
+def test_camera_in_the_shadow_above_the_air(ctx, depth_bits):
+    """Nothing of the shadow's front is in view, in neither kind of depth; the ground's side of it is dark all the same."""
+    r = EARTH.atmosphere.bottom_radius
+    camera = sa.Camera(position=(-0.2 * r, 0.995 * r, 0), target=(0.3 * r, 0.95 * r, 0), up=(0, 1, 0), vertical_fov=0.7)
+    with sa.Renderer(ctx, sa.Scene(suns=SUN), SIZE, sa.Quality(depth_bits=depth_bits)) as renderer:
+        frame = renderer.render(camera)
+        lit, shadow = frame.read("lit_width")[24, 30, 0], frame.read("shadow_width")[24, 30, 0]
+    assert shadow > 1e5 and lit < 0.2 * shadow
+
+
 def test_no_steps_close_to_the_air(ctx):
     """The failure of figure 12: from a metre before the top of the air the widths vary smoothly from pixel to pixel."""
     top = EARTH.atmosphere.thickness
@@ -232,6 +243,16 @@ def test_closed_renderer_and_stale_frame(ctx):
     renderer.close()
     with pytest.raises(sa.PassError, match="closed"):
         renderer.render(CAMERA)
+
+
+def test_a_texture_left_bound_does_no_harm_on_closing(ctx):
+    renderer = sa.Renderer(ctx, EARTH, SIZE)
+    renderer.render(CAMERA).color.use(3)
+    renderer.close()
+    assert ctx.error == "GL_NO_ERROR"
+    with sa.Renderer(ctx, EARTH, SIZE) as renderer:
+        assert renderer.render(CAMERA).numpy().max() > 0
+    ctx.clear_errors()
 
 
 def test_plan_says_what_runs_and_why(ctx):

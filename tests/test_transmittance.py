@@ -95,8 +95,10 @@ def test_table_texels_against_quadrature(ctx, air):
     k, y = table_point(atmosphere, texel, (256, 64))
     truth = true_columns(atmosphere, k, y)
     got = columns[rows.ravel(), texels.ravel()]
-    # altitudes to a few centimetres of a scale height, and two Gauss points for the tent
-    assert np.allclose(got, truth, rtol=2e-4, atol=1e-4 * truth.max(axis=0))
+    # altitudes to a few centimetres of a scale height; the tent's sides straight over k, which is worth 2e-4 in optical
+    # depth where the ray has its tangent point inside the layer
+    assert np.allclose(got[:, :2], truth[:, :2], rtol=2e-4, atol=1e-4 * truth[:, :2].max(axis=0))
+    assert np.max(np.abs(got[:, 2] - truth[:, 2])) <= 2e-4 / 1.881e-6
 
 
 def test_table_is_drawn_once_per_air(ctx):

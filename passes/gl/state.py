@@ -351,9 +351,8 @@ def state_items(ctx):
     if "state_items" not in store:
         gl = gl_functions(ctx)
         store["state_items"] = (
-            *_binding_items(gl), *_framebuffer_items(gl), *_viewport_items(gl), *_output_items(gl),
-            *_flag_items(gl), *_raster_items(gl), *_stencil_items(gl), *_pixel_store_items(gl),
-            *_texture_items(gl, ctx),
+            *_binding_items(gl), *_framebuffer_items(gl), *_viewport_items(gl), *_output_items(gl), *_flag_items(gl),
+            *_raster_items(gl), *_stencil_items(gl), *_pixel_store_items(gl), *_texture_items(gl, ctx),
         )
     return store["state_items"]
 

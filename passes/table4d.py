@@ -1,0 +1,106 @@
+"""The 4D table of Bruneton and Neyret 2008 for the method "table4d"."""
+
+from shadowatmo.passes.constants import (
+    air_uniforms,
+    cone_uniforms,
+    medium_defines,
+    medium_uniforms,
+    shadow_cone,
+    transmittance_defines,
+)
+from shadowatmo.passes.gl.textures import Target
+from shadowatmo.passes.table_build import InscatterTable, TableEffort
+from shadowatmo.table4d import Table4DSize, lowest_sun, rational_sun
+
+IRRADIANCE_SIZE = (64, 16)  # suns, altitudes
+
+
+class Table4D(InscatterTable):
+    """Inscatter over r, mu, mu_s and nu, all orders, and the irradiance of horizontal surfaces over mu_s and r.
+
+    Parameters
+    ----------
+    ctx : moderngl.Context
+    dimensions : Table4DSize
+        Texels along the axes.
+    orders : int
+        Orders of scattering.
+    packed : bool
+        True: one texture, the aerosols by their red channel and higher orders in the molecules' color. False: molecules,
+        aerosols and higher orders in three.
+    effort : TableEffort
+        Sample counts.
+    table_format : str
+        "rgba16f" or "rgba32f".
+    """
+
+    name = "table4d"
+    feature = {"HAS_TABLE4D": True}
+    species = False
+    single = "table4d_single.frag"
+    irradiance_size = IRRADIANCE_SIZE
+
+    def __init__(
+        self, ctx, dimensions=Table4DSize(), orders=4, packed=True, effort=TableEffort(), table_format="rgba16f"
+    ):
+        self.dimensions, self.packed = dimensions, packed
+        names = ("",) if packed else ("", "_mie", "_multiple")
+        self.outputs = (*(f"inscatter{name}" for name in names), "sky_irradiance_table")
+        super().__init__(ctx, dimensions.texels, orders, effort, table_format)
+        self._stored = tuple(self.linear(self.own(Target(ctx, self.size, color=(table_format,)))) for _ in names)
+
+    @property
+    def stored(self):
+        return self._stored
+
+    def sizes(self):
+        return table4d_sizes(self.dimensions)
+
+    def mapping(self, atmosphere):
+        return {"u_sun_axis": rational_sun(atmosphere, lowest_sun(atmosphere))}
+
+    @staticmethod
+    def single_uniforms(atmosphere) -> dict:
+        """Return what table4d_single.frag needs beyond segments.glsl."""
+        return cone_uniforms("u_shadow", shadow_cone(atmosphere, None, "cylinder"))
+
+    def finish(self, build):
+        if self.packed:
+            def sources():
+                return {**build.sources(1), "u_multiple": build.total.color[0]}
+
+            uniforms = {**build.uniforms, **build.phase}
+            return build.banded("store", "table_store.frag", build.defines, uniforms, sources, lambda: self._stored[0])
+
+        def copy(target, source):
+            target.framebuffer.use()
+            self.fullscreen("copy.frag", {}, {}, {"u_color": source})
+
+        def run():
+            for target, source in zip(self._stored, (*build.first.color, build.total.color[0]), strict=True):
+                copy(target, source)
+
+        return [("store", run)]
+
+
+def table4d_sizes(dimensions) -> dict:
+    """Return the defines of table4d_mapping.glsl."""
+    names = ("heights", "views", "suns", "cosines")
+    return {f"INSCATTER_{name.upper()}": getattr(dimensions, name) for name in names}
+
+
+def table4d_defines(atmosphere, quality, dimensions, packed) -> dict:
+    """Return the defines of table4d.glsl."""
+    defines = {"HAS_TABLE4D": True, **table4d_sizes(dimensions), **medium_defines(atmosphere)}
+    return {**defines, **transmittance_defines(atmosphere, quality), **({"HAS_PACKED": True} if packed else {})}
+
+
+def table4d_uniforms(atmosphere) -> dict:
+    """Return the uniforms of table4d.glsl."""
+    axis = rational_sun(atmosphere, lowest_sun(atmosphere))
+    return {**air_uniforms(atmosphere), **medium_uniforms(atmosphere), "u_mie_g": atmosphere.mie_g, "u_sun_axis": axis}
+
+
+def table4d_samplers(textures) -> dict:
+    """Return the samplers of table4d.glsl."""
+    return {f"u_{name}": texture for name, texture in textures.items() if name.startswith("inscatter")}
