@@ -7,7 +7,7 @@ import numpy as np
 
 from shadowatmo.depth import DepthConvention
 from shadowatmo.errors import ParameterError
-from shadowatmo.validation import instance, number, unit_vector, vector
+from shadowatmo.validation import choice, instance, number, unit_vector, vector
 
 PARALLEL = 1e-6  # sine of the angle below which `up` no longer says where the top of the picture is
 
@@ -70,6 +70,56 @@ class Camera:
         }
         for name, value in values.items():
             object.__setattr__(self, name, value)
+
+    @classmethod
+    def from_view(
+        cls, view, vertical_fov, *, layout, planet_center=(0.0, 0.0, 0.0), meters_per_unit=1.0, depth=None
+    ) -> "Camera":
+        """Make the camera of a host's view matrix.
+
+        Parameters
+        ----------
+        view : (4, 4) float
+            From the host's world to eye space, where the eye looks along -z and y is up.
+        vertical_fov : float
+            Full angle of the picture's height [rad].
+        layout : str
+            "row-vector": translation in the last row, as pyrr has it; "column-vector": in the last column, as NumPy
+            shows a PyGLM matrix. An array alone cannot tell.
+        planet_center : (3,) float
+            The planet's center in the host's world [units].
+        meters_per_unit : float
+            Size of the host's unit [m].
+        depth : DepthConvention, optional
+            The host's depth; in metres per unit of its own.
+
+        Raises
+        ------
+        ParameterError
+            If the matrix is not a rotation and a translation, or another value is out of range.
+        """
+        choice("layout", layout, ("row-vector", "column-vector"))
+        allowed = "a finite (4, 4) matrix of a rotation and a translation"
+        try:
+            matrix = np.array(view, np.float64)
+        except (TypeError, ValueError):
+            raise ParameterError("view", view, allowed) from None
+        if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
+            raise ParameterError("view", view, allowed)
+        matrix = matrix.T if layout == "row-vector" else matrix
+        rotation = matrix[:3, :3]
+        # float32 matrices are orthogonal to a few 1e-7 only
+        if not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-4) or not np.allclose(matrix[3], (0, 0, 0, 1)):
+            raise ParameterError("view", view, f"{allowed}; is layout={layout!r} right?")
+        unit = number("meters_per_unit", meters_per_unit, low=0, open_low=True, high=1e15)
+        eye = -rotation.T @ matrix[:3, 3] - np.array(vector("planet_center", planet_center))
+        return cls(
+            position=tuple(eye * unit),
+            forward=tuple(-rotation[2]),
+            up=tuple(rotation[1]),
+            vertical_fov=vertical_fov,
+            depth=DepthConvention() if depth is None else depth,
+        )
 
     def basis(self) -> np.ndarray:
         """Return right, up, forward as the rows of a (3, 3) float64 rotation."""

@@ -51,3 +51,24 @@ def test_bad_values(arguments, name):
     with pytest.raises(sa.ParameterError) as caught:
         sa.Camera(**arguments)
     assert caught.value.name == name
+
+
+def test_from_a_view_matrix_of_pyrr():
+    import pyrr
+
+    eye, target = np.array([10.0, 6371.0, 3.0]), np.array([11.0, 6371.5, 3.5])
+    view = pyrr.matrix44.create_look_at(eye, target, [0.0, 1.0, 0.0])
+    camera = sa.Camera.from_view(
+        view, 1.0, layout="row-vector", planet_center=(10.0, 0.0, 3.0), meters_per_unit=1000.0
+    )
+    want = sa.Camera(position=(0, 6.371e6, 0), forward=target - eye, up=(0, 1, 0), vertical_fov=1.0)
+    assert np.allclose(camera.position, want.position, atol=1e-3)
+    assert np.allclose(camera.basis(), want.basis(), atol=1e-6)
+    same = sa.Camera.from_view(view.T, 1.0, layout="column-vector", planet_center=(10.0, 0.0, 3.0), meters_per_unit=1e3)
+    assert np.allclose(same.position, camera.position)
+    with pytest.raises(sa.ParameterError, match="layout"):
+        sa.Camera.from_view(view, 1.0, layout="column-vector")
+    with pytest.raises(sa.ParameterError, match="view"):
+        sa.Camera.from_view(2 * view, 1.0, layout="row-vector")
+    with pytest.raises(sa.ParameterError, match="view"):
+        sa.Camera.from_view(np.full((4, 4), np.nan), 1.0, layout="row-vector")
