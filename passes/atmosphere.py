@@ -89,7 +89,7 @@ def segments_method(view):
     """Return defines, uniforms and the features of each class of pixels for the method "segments"."""
     atmosphere, quality = view.scene.atmosphere, view.quality
     defines = {"HAS_SEGMENTS": True, **medium_defines(atmosphere)}
-    defines |= {**transmittance_defines(atmosphere, quality), **segment_defines(quality)}
+    defines |= {**transmittance_defines(atmosphere, quality), **segment_defines(quality, atmosphere)}
     return defines, {**medium_uniforms(atmosphere), **segment_uniforms(atmosphere)}, CLASS_FEATURES
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from shadowatmo.quadrature import cumulative_matrix, gauss_legendre
 from shadowatmo.ray import k_of
-from shadowatmo.segments import dominant_layer
+from shadowatmo.segments import dominant_layer, nodes_for
 from shadowatmo.shadow import cylinder, umbra_cone
 from shadowatmo.transmittance import ozone_levels, ozone_ramps
 
@@ -56,16 +56,17 @@ def transmittance_defines(atmosphere, quality) -> dict:
     return {"TERMS": quality.terms, **({"HAS_TOP": True} if dense_top else {})}
 
 
-def segment_defines(quality) -> dict:
-    """Return the quadrature constants of segments.glsl."""
-    nodes, weights = gauss_legendre(quality.nodes)
+def segment_defines(quality, atmosphere=None) -> dict:
+    """Return the quadrature constants of segments.glsl; an atmosphere may ask for more nodes than the quality."""
+    count = quality.nodes if atmosphere is None else nodes_for(atmosphere, quality.nodes)
+    nodes, weights = gauss_legendre(count)
     gap_nodes, gap_weights = gauss_legendre(quality.gap_nodes)
     return {
-        "NODE_COUNT": quality.nodes,
+        "NODE_COUNT": count,
         "GAP_COUNT": quality.gap_nodes,
         "NODE_VALUES": glsl_array(nodes),
         "WEIGHT_VALUES": glsl_array(weights),
-        "CUMULATIVE_VALUES": glsl_array(cumulative_matrix(quality.nodes).ravel()),
+        "CUMULATIVE_VALUES": glsl_array(cumulative_matrix(count).ravel()),
         "GAP_NODE_VALUES": glsl_array(gap_nodes),
         "GAP_WEIGHT_VALUES": glsl_array(gap_weights),
     }

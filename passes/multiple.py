@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from shadowatmo import harmonics, multiple
+from shadowatmo.multiple_recipes import RECIPES
 from shadowatmo.passes.base import RenderPass
 from shadowatmo.passes.constants import (
     cone_uniforms,
@@ -72,7 +73,7 @@ class MultipleScattering(RenderPass):
     name = "multiple"
     outputs = OUTPUTS
 
-    def __init__(self, ctx, recipe=multiple.RECIPES["balanced"], table_format="rgba16f"):
+    def __init__(self, ctx, recipe=RECIPES["balanced"], table_format="rgba16f"):
         super().__init__(ctx, (recipe.suns * recipe.polar, recipe.heights * recipe.azimuths))
         self.recipe = recipe
         sizes = (self.size, (recipe.suns, recipe.heights), (recipe.suns, 1))

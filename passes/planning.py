@@ -10,6 +10,7 @@ from shadowatmo.passes.tonemap import Tonemap
 from shadowatmo.passes.transmittance import TransmittanceTable
 from shadowatmo.passes.widths import DEPTH_TEXTURES, Widths
 from shadowatmo.plan import Plan, Step
+from shadowatmo.segments import nodes_for
 
 
 def make_plan(scene, quality) -> Plan:
@@ -39,7 +40,7 @@ def make_plan(scene, quality) -> Plan:
     add(True, Widths, f"cuts rays into lit and shadowed widths ({suns})", "", (*depths, *planet))
     background = ("planet_color",) if planet else ()
     how = {
-        "segments": f"single scattering by {quality.nodes} nodes a lit piece, columns from the "
+        "segments": f"single scattering by {nodes_for(scene.atmosphere, quality.nodes)} nodes a lit piece, columns from the "
         + ("table" if quality.transmittance == "table" else f"closed form with {quality.terms} terms"),
         "widths": "brightness by widths, the published formula",
     }[quality.method]

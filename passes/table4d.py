@@ -11,8 +11,15 @@ from shadowatmo.passes.constants import (
 from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.table_build import InscatterTable, TableEffort
 from shadowatmo.table4d import Table4DSize, lowest_sun, rational_sun
+from shadowatmo.validation import choice
 
 IRRADIANCE_SIZE = (64, 16)  # suns, altitudes
+LAYOUTS = {
+    "combined": ("inscatter",),
+    "packed": ("inscatter", "inscatter_multiple"),
+    "apart": ("inscatter", "inscatter_mie", "inscatter_multiple"),
+}
+LAYOUT_DEFINES = {"combined": {"HAS_PACKED": True, "HAS_COMBINED": True}, "packed": {"HAS_PACKED": True}, "apart": {}}
 
 
 class Table4D(InscatterTable):
@@ -25,9 +32,10 @@ class Table4D(InscatterTable):
         Texels along the axes.
     orders : int
         Orders of scattering.
-    packed : bool
-        True: one texture, the aerosols by their red channel and higher orders in the molecules' color. False: molecules,
-        aerosols and higher orders in three.
+    layout : str
+        "combined": one texture, the aerosols by their red channel and higher orders in the molecules' color, as
+        published. "packed": the same with a texture of their own for higher orders, which the planet's shadow does not
+        cut. "apart": molecules, aerosols and higher orders in three.
     effort : TableEffort
         Sample counts.
     table_format : str
@@ -41,13 +49,12 @@ class Table4D(InscatterTable):
     irradiance_size = IRRADIANCE_SIZE
 
     def __init__(
-        self, ctx, dimensions=Table4DSize(), orders=4, packed=True, effort=TableEffort(), table_format="rgba16f"
+        self, ctx, dimensions=Table4DSize(), orders=4, layout="packed", effort=TableEffort(), table_format="rgba16f"
     ):
-        self.dimensions, self.packed = dimensions, packed
-        names = ("",) if packed else ("", "_mie", "_multiple")
-        self.outputs = (*(f"inscatter{name}" for name in names), "sky_irradiance_table")
+        self.dimensions, self.layout = dimensions, choice("layout", layout, tuple(LAYOUTS))
+        self.outputs = (*LAYOUTS[layout], "sky_irradiance_table")
         super().__init__(ctx, dimensions.texels, orders, effort, table_format)
-        self._stored = tuple(self.linear(self.own(Target(ctx, self.size, color=(table_format,)))) for _ in names)
+        self._stored = tuple(self.linear(self.own(Target(ctx, self.size, color=(table_format,)))) for _ in LAYOUTS[layout])
 
     @property
     def stored(self):
@@ -65,22 +72,25 @@ class Table4D(InscatterTable):
         return cone_uniforms("u_shadow", shadow_cone(atmosphere, None, "cylinder"))
 
     def finish(self, build):
-        if self.packed:
+        steps = []
+        if self.layout != "apart":
+            combined = {"HAS_COMBINED": True} if self.layout == "combined" else {}
+
             def sources():
-                return {**build.sources(1), "u_multiple": build.total.color[0]}
+                higher = {"u_multiple": build.total.color[0]} if combined else {}
+                return {**build.sources(1), **higher}
 
-            uniforms = {**build.uniforms, **build.phase}
-            return build.banded("store", "table_store.frag", build.defines, uniforms, sources, lambda: self._stored[0])
-
-        def copy(target, source):
-            target.framebuffer.use()
-            self.fullscreen("copy.frag", {}, {}, {"u_color": source})
+            uniforms, defines = {**build.uniforms, **build.phase}, {**build.defines, **combined}
+            steps = build.banded("store", "table_store.frag", defines, uniforms, sources, lambda: self._stored[0])
 
         def run():
-            for target, source in zip(self._stored, (*build.first.color, build.total.color[0]), strict=True):
-                copy(target, source)
+            first = 0 if self.layout == "apart" else 1
+            sources = (*build.first.color, build.total.color[0])[-len(self._stored) :]
+            for target, source in zip(self._stored[first:], sources[first:], strict=True):
+                target.framebuffer.use()
+                self.fullscreen("copy.frag", {}, {}, {"u_color": source})
 
-        return [("store", run)]
+        return [*steps, ("store", run)]
 
 
 def table4d_sizes(dimensions) -> dict:
@@ -89,10 +99,10 @@ def table4d_sizes(dimensions) -> dict:
     return {f"INSCATTER_{name.upper()}": getattr(dimensions, name) for name in names}
 
 
-def table4d_defines(atmosphere, quality, dimensions, packed) -> dict:
+def table4d_defines(atmosphere, quality, dimensions, layout) -> dict:
     """Return the defines of table4d.glsl."""
     defines = {"HAS_TABLE4D": True, **table4d_sizes(dimensions), **medium_defines(atmosphere)}
-    return {**defines, **transmittance_defines(atmosphere, quality), **({"HAS_PACKED": True} if packed else {})}
+    return {**defines, **transmittance_defines(atmosphere, quality), **LAYOUT_DEFINES[layout]}
 
 
 def table4d_uniforms(atmosphere) -> dict:

@@ -144,7 +144,7 @@ class InscatterTable(RenderPass):
         steps = [("prepare", build.prepare), *build.first_order()]
         for order in range(2, self.orders + 1):
             steps += build.later_order(order)
-        steps += self.finish(build)
+        steps += [*build.skylight(self.orders), *self.finish(build)]
 
         def done():
             build.release()
@@ -212,11 +212,10 @@ class Build:
         return {**self.defines, **arrays, **counts}
 
     def first_order(self) -> list:
-        """Single scattering, and its light on the ground."""
+        """Single scattering."""
         defines, uniforms = self.segments(self.effort.nodes, self.effort.gap_nodes)
         uniforms |= self.owner.single_uniforms(self.atmosphere)
-        steps = self.banded("order 1", self.owner.single, defines, uniforms, lambda: {}, lambda: self.first)
-        return steps if self.owner.species else [*steps, *self.skylight(1)]
+        return self.banded("order 1", self.owner.single, defines, uniforms, lambda: {}, lambda: self.first)
 
     def later_order(self, order) -> list:
         """One order from the one before."""
@@ -237,6 +236,7 @@ class Build:
 
         radiance = {**gather, **first, **bounce, **(apart if not first else {})}
         steps = self.banded(label, "table_radiance.frag", radiance, {**uniforms, **albedo}, before, lambda: self.radiance)
+        steps += self.skylight(order - 1)  # only now: the radiance took the ground's light of the order before
         steps += self.banded(
             label, "table_density.frag", {**gather, **apart}, uniforms,
             lambda: {"u_radiance": self.radiance.color[0]}, lambda: self.gathered,
@@ -249,8 +249,7 @@ class Build:
         )  # fmt: skip
         into = (lambda: self.first) if owner.species else (lambda: self.total)
         scale = 4.0 * np.pi if owner.species else 1.0  # what a deferred phase function takes away again
-        steps.append((label, lambda: self.add(self.order, into(), scale, apart)))
-        return steps if owner.species else [*steps, *self.skylight(order)]
+        return [*steps, (label, lambda: self.add(self.order, into(), scale, apart))]
 
     def sources(self, order):
         """Return the samplers of an order's table."""
@@ -258,7 +257,9 @@ class Build:
         return dict(zip(("u_rayleigh", "u_mie"), target.color, strict=False))
 
     def skylight(self, order) -> list:
-        """Irradiance by one order, also into the sum."""
+        """Irradiance by one order, also into the sum; only where the ground reflects it."""
+        if self.owner.species:
+            return []
         defines = self.directions(self.effort.sky, 2, self.effort.sky)
         if order == 1:
             defines["HAS_FIRST_ORDER"] = True

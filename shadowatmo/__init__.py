@@ -15,7 +15,7 @@ from shadowatmo.camera import Camera  # noqa: E402  (the path above must stand f
 from shadowatmo.depth import DepthConvention  # noqa: E402
 from shadowatmo.errors import ContextError, ParameterError, PassError, ShaderError, ShadowAtmoError  # noqa: E402
 from shadowatmo.parameters import Atmosphere, Occluder, Sun, TentLayer  # noqa: E402
-from shadowatmo.presets import EARTH, MARS  # noqa: E402
+from shadowatmo.presets import DENSE_EARTH, EARTH, MARS, THIN_EARTH, TITAN, TOY_PLANET  # noqa: E402
 from shadowatmo.quality import Quality  # noqa: E402
 from shadowatmo.scene import Scene  # noqa: E402
 from shadowatmo.surface import Surface  # noqa: E402
@@ -32,8 +32,8 @@ _LAZY = {  # public name -> module that needs OpenGL, or is large
 }
 
 __all__ = [
-    "EARTH", "MARS", "Atmosphere", "Camera", "ContextError", "DepthConvention", "Frame", "Occluder", "ParameterError",
-    "PassError", "Quality", "Renderer", "Scene", "ShaderError", "ShadowAtmoError", "Sun", "Surface", "TentLayer",
+    "DENSE_EARTH", "EARTH", "MARS", "THIN_EARTH", "TITAN", "TOY_PLANET", "Atmosphere", "Camera", "ContextError",
+    "DepthConvention", "Frame", "Occluder", "ParameterError", "PassError", "Quality", "Renderer", "Scene", "ShaderError", "ShadowAtmoError", "Sun", "Surface", "TentLayer",
     "open_context", "probe", "reference", "sun_visibility",
 ]  # fmt: skip
 

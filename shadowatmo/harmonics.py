@@ -9,8 +9,6 @@ from functools import cache
 
 import numpy as np
 
-from shadowatmo.phase import mie_phase
-from shadowatmo.quadrature import gauss_legendre
 from shadowatmo.ray import safe_sqrt
 
 AUREOLE_DEGREES = 400  # last degree of the sum over a forward lobe
@@ -44,17 +42,22 @@ def polar_basis(mu, degree):
 
 @cache
 def phase_moments(g, degree):
-    """Return lambda_l = 2 pi integral of P P_l dmu, l = 0..degree, of aerosols (Cornette and Shanks), (degree + 1,)."""
-    # a sinh substitution about mu = 1 puts the nodes where a narrow lobe is
-    nodes, weights = gauss_legendre(max(400, 2 * degree))
-    size = abs(g)
-    width = max((1.0 - size) ** 2, 1e-8)
-    span = math.asinh(2.0 / width)
-    below = width * np.sinh(span * nodes)
-    mu = 1.0 - below
-    weight = 2 * np.pi * weights * width * span * np.cosh(span * nodes) * mie_phase(mu, size)
-    moments = weight @ np.polynomial.legendre.legvander(mu, degree)
-    return moments if g >= 0 else moments * (-1.0) ** np.arange(degree + 1)
+    """Return lambda_l = 2 pi integral of P P_l dmu, l = 0..degree, of aerosols (Cornette and Shanks), (degree + 1,).
+
+    The function is that of Henyey and Greenstein, whose moments are g^l, times 1 + mu^2 and a constant; mu times a
+    series follows from the recurrence of the polynomials.
+    """
+    moments = float(g) ** np.arange(degree + 3)
+    result = 1.5 / (2.0 + g * g) * (moments[: degree + 1] + _times_mu(_times_mu(moments))[: degree + 1])
+    result.flags.writeable = False
+    return result
+
+
+def _times_mu(moments):
+    """Return the Legendre moments of mu f, one fewer, from those of f."""
+    l = np.arange(len(moments) - 1)  # noqa: E741
+    before = np.concatenate([[0.0], moments[:-2]])
+    return ((l + 1) * moments[1:] + l * before) / (2 * l + 1)
 
 
 def rayleigh_moments(degree):

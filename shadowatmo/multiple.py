@@ -28,6 +28,7 @@ from shadowatmo.harmonics import (
     rayleigh_moments,
 )
 from shadowatmo.medium import densities, extinction, scattering
+from shadowatmo.multiple_recipes import RECIPES
 from shadowatmo.phase import rayleigh_phase
 from shadowatmo.quadrature import cumulative_matrix, gauss_legendre
 from shadowatmo.ray import Ray, altitude_of, ground_distance, k_of, make_ray, safe_sqrt
@@ -35,97 +36,35 @@ from shadowatmo.segments import k_along_nodes, make_map, map_node
 from shadowatmo.shadow import AxisRay, cone_interval, cylinder
 from shadowatmo.transmittance import columns_to_top, ozone_crossings, ozone_to
 
-SUN_WIDTH = 0.06  # rad, of the sun's elevation about the horizon that gets most texels
-HIGHEST_SUN = 1.5566  # rad, elevation at the last texel: the azimuth from the sun must mean something
+SUN_WIDTH = 0.06  # of mu_s about the horizon that gets most texels
+HIGHEST_SUN = 0.9999  # mu_s of the last texel: the azimuth from the sun must mean something
 DARK = 1e-30  # floor under logarithms
 AUREOLE_TEXELS = 256
 
 
-@dataclass(frozen=True)
-class Effort:
-    """Rays of a gather: zenith angles above and below the horizon, azimuths over half a turn, nodes of pieces."""
-
-    above: int = 8
-    below: int = 6
-    around: int = 10
-    nodes: int = 6
-    gap_nodes: int = 3
-
-    @property
-    def polar(self) -> int:
-        """Zenith angles in all."""
-        return self.above + self.below
-
-    @property
-    def azimuths(self) -> np.ndarray:
-        """Azimuths from the sun [rad]: midpoints of equal parts of half a turn, which stand for the other half too."""
-        return np.pi * (np.arange(self.around) + 0.5) / self.around
-
-
-@dataclass(frozen=True)
-class Recipe:
-    """Resolution of the solver.
-
-    Parameters
-    ----------
-    heights, suns : int
-        Nodes over altitude and mu_s.
-    polar, azimuths : int
-        Nodes of the table over mu (-1 to 1) and azimuth from the sun (0 to pi).
-    degree : int
-        Of the spherical harmonics.
-    band : int
-        Degree to which the aerosols' phase function counts in the first gather.
-    first, later : Effort
-        Of the first gather, and of those after.
-    orders : int
-        Radiance fields that are gathered, before the geometric tail.
-    """
-
-    heights: int = 16
-    suns: int = 48
-    polar: int = 20
-    azimuths: int = 10
-    degree: int = 8
-    band: int = 12
-    first: Effort = Effort()
-    later: Effort = Effort()
-    orders: int = 5
-
-
-RECIPES = {
-    "balanced": Recipe(later=Effort(6, 4, 8, 4, 2), orders=4),
-    "accurate": Recipe(),
-}
+def sun_elevation(mu_s):
+    """Return a stand-in for the sun's elevation: mu_s about the horizon, uniform in the angle about the zenith (2)."""
+    return 2.0 * mu_s / (1.0 + safe_sqrt(1.0 - np.abs(mu_s)))
 
 
 def sun_range(atmosphere) -> tuple[float, float]:
     """Return arcsinh(elevation / SUN_WIDTH) at the two ends of the sun's axis; the lowest sun leaves the sky dark."""
     dip = 2.2 * math.acos(atmosphere.bottom_radius / atmosphere.top_radius)
-    return math.asinh(-min(math.radians(85.0), dip) / SUN_WIDTH), math.asinh(HIGHEST_SUN / SUN_WIDTH)
+    ends = np.array([-math.sin(min(math.radians(85.0), dip)), HIGHEST_SUN])
+    return tuple(np.arcsinh(sun_elevation(ends) / SUN_WIDTH).tolist())
 
 
 def sun_coordinate(atmosphere, mu_s):
     """Return the place 0..1 of mu_s on the sun's axis."""
     low, high = sun_range(atmosphere)
-    elevation = np.arcsin(np.clip(mu_s, -1.0, 1.0))
-    return np.clip((np.arcsinh(elevation / SUN_WIDTH) - low) / (high - low), 0.0, 1.0)
+    return np.clip((np.arcsinh(sun_elevation(mu_s) / SUN_WIDTH) - low) / (high - low), 0.0, 1.0)
 
 
 def sun_height(atmosphere, unit):
     """Return mu_s at a place 0..1; the inverse of sun_coordinate."""
     low, high = sun_range(atmosphere)
-    return np.sin(SUN_WIDTH * np.sinh(low + (high - low) * unit))
-
-
-def polar_coordinate(mu):
-    """Return the place 0..1 of a direction's zenith cosine, uniform in the angle, from the nadir to the zenith."""
-    return 1.0 - np.arccos(np.clip(mu, -1.0, 1.0)) / np.pi
-
-
-def polar_height(unit):
-    """Return the zenith cosine at a place 0..1."""
-    return -np.cos(np.pi * unit)
+    elevation = SUN_WIDTH * np.sinh(low + (high - low) * unit)
+    return elevation - 0.25 * elevation * np.abs(elevation)
 
 
 def height_coordinate(atmosphere, altitude):
@@ -332,7 +271,7 @@ class MultipleTable:
         altitude = height_of(atmosphere, np.linspace(0.0, 1.0, recipe.heights))
         mean = np.maximum(moments[:, :, 0] / math.sqrt(4.0 * np.pi), DARK)
         scaled = moments / mean[:, :, None] * mixed_moments(atmosphere, altitude, recipe.degree)[:, None, l]
-        basis = polar_basis(polar_height(np.linspace(0.0, 1.0, recipe.polar)), recipe.degree)
+        basis = polar_basis(np.linspace(-1.0, 1.0, recipe.polar), recipe.degree)
         turns = np.cos(np.outer(np.linspace(0.0, np.pi, recipe.azimuths), np.arange(recipe.degree + 1)))
         per_m = [scaled[:, :, m == n].transpose(0, 1, 3, 2) @ basis[:, m == n].T for n in range(recipe.degree + 1)]
         self.values = np.einsum("mhsci,am->hsiac", np.stack(per_m), turns)
@@ -344,7 +283,7 @@ class MultipleTable:
         units = [
             height_coordinate(self.atmosphere, altitude),
             sun_coordinate(self.atmosphere, mu_s),
-            polar_coordinate(mu),
+            0.5 + 0.5 * np.clip(mu, -1.0, 1.0),
             azimuth_coordinate(mu, mu_s, nu),
         ]
         beta = densities(self.atmosphere, altitude)[..., :2] @ scattering(self.atmosphere)

@@ -7,6 +7,7 @@ import numpy as np
 from shadowatmo.medium import densities, extinction, scattering
 from shadowatmo.phase import mie_phase, rayleigh_phase
 from shadowatmo.quadrature import cumulative_matrix, gauss_legendre
+from shadowatmo.quality import MAX_NODES
 from shadowatmo.ray import altitude_of, k_along
 from shadowatmo.transmittance import columns_to_top, ozone_crossings, ozone_to
 
@@ -28,6 +29,16 @@ def dominant_layer(atmosphere) -> tuple[float, float]:
         (atmosphere.mie_scale_height, max(atmosphere.mie_extinction)),
     ]
     return max(layers, key=lambda layer: layer[0] * layer[1])
+
+
+def nodes_for(atmosphere, nodes) -> int:
+    """Return the nodes of a lit piece: half as many again in air whose vertical optical depth is above 1.
+
+    There light comes from the near part of a path only, which the map resolves with fewer of its nodes; measured on a
+    planet of five times the Earth's density and on a hazy moon.
+    """
+    scale_height, beta = dominant_layer(atmosphere)
+    return min(nodes + nodes // 2, MAX_NODES) if scale_height * beta > 1.0 else nodes
 
 
 def make_map(atmosphere, ray, near, far) -> SinhMap:

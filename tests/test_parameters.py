@@ -91,6 +91,6 @@ def test_names_of_qualities():
     assert as_quality(sa.Quality(nodes=5)).nodes == 5
 
 
-@pytest.mark.parametrize("preset", [sa.EARTH, sa.MARS])
+@pytest.mark.parametrize("preset", [sa.EARTH, sa.MARS, sa.THIN_EARTH, sa.DENSE_EARTH, sa.TITAN, sa.TOY_PLANET])
 def test_presets_survive_their_own_checks(preset):
     assert sa.Atmosphere(**{f.name: getattr(preset, f.name) for f in dataclasses.fields(preset)}) == preset
