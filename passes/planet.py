@@ -6,13 +6,22 @@ import moderngl
 import numpy as np
 
 from shadowatmo.passes.base import RenderPass, depth_test
-from shadowatmo.passes.constants import medium_defines, medium_uniforms, transmittance_defines
+from shadowatmo.passes.constants import (
+    cone_uniforms,
+    medium_defines,
+    medium_uniforms,
+    segment_defines,
+    segment_uniforms,
+    transmittance_defines,
+)
 from shadowatmo.passes.gl.shader import bind_textures, build_program, set_uniforms
 from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.sky_irradiance import irradiance_mapping
 from shadowatmo.passes.surface_maps import SurfaceMaps
 from shadowatmo.passes.transmittance import table_samplers
+from shadowatmo.quality import Quality
 
+MIRRORED_SKY = Quality(nodes=4, gap_nodes=2)  # effort for the sky in the sea
 RINGS, SPOKES = 256, 384
 FIRST_RING = 0.5  # m from the point below the camera, or a thousandth of the altitude
 RELIEF_CEILING = 1e6  # m; above it the relief is far below a pixel and the smooth sphere, lit by its slopes, is enough
@@ -64,6 +73,9 @@ class Planet(RenderPass):
             "u_pixel_angle": view.pixel_angle,
             **irradiance_mapping(scene.atmosphere),
         }
+        if "HAS_WATER" in defines:
+            defines |= {"HAS_SHADOW": True, "HAS_TWO_PIECES": True, **segment_defines(MIRRORED_SKY, scene.atmosphere)}
+            uniforms |= {**segment_uniforms(scene.atmosphere), **cone_uniforms("u_shadow", view.shadow_cone(sun))}
         samplers = {**self.maps.textures(), "u_sky_irradiance": textures["sky_irradiance"]}
         return defines, uniforms, samplers | table_samplers(uniforms, textures)
 

@@ -52,7 +52,11 @@ class SurfaceMaps:
 
     def defines(self) -> dict:
         """Return the features of surface.glsl."""
-        present = {"HAS_COLOR_MAP": self.color is not None, "HAS_RELIEF": self.relief is not None}
+        present = {
+            "HAS_COLOR_MAP": self.color is not None,
+            "HAS_RELIEF": self.relief is not None,
+            "HAS_WATER": self.relief is not None and self.surface.sea,
+        }
         return {name: True for name, value in present.items() if value}
 
     def textures(self) -> dict:

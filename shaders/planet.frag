@@ -21,7 +21,6 @@ void main() {
   out_color = vec4(0.0, 0.0, 0.0, 1.0);
 #ifdef HAS_SURFACE
   vec3 up = normalize(u_camera_up * u_camera_radius + distance * pixel.direction);
-  float slant = -(ray.x + ground) / u_bottom_radius;
-  out_color.rgb = ground_radiance(up, 0.0, distance, slant);
+  out_color.rgb = ground_radiance(up, 0.0, -pixel.direction, distance);
 #endif
 }

@@ -4,6 +4,10 @@
 #include "phase.glsl"
 #include "camera.glsl"
 #include "sky_irradiance.glsl"
+#ifdef HAS_WATER
+#include "sky.glsl"
+#include "water.glsl"
+#endif
 
 uniform Axis u_shadow_axis;
 uniform vec3 u_irradiance;
@@ -54,9 +58,25 @@ vec3 smooth_map(sampler2D map, vec2 uv, float level) {
   return level > 0.0 ? mix(a, cubic_texture(map, uv, lower + 1.0).xyz, level - lower) : a;
 }
 
+#ifdef HAS_WATER
+const float SEA_SHORE = 12.0;  // m; half a level of an 8-bit height map
+
+// Light of sun and sky that the sea mirrors into the eye. to_eye = unit vector, sunlight = transmittance to the sun or 0.
+vec3 mirrored(vec3 up, vec3 to_eye, vec3 sun, vec3 sunlight) {
+  float mu = max(dot(up, to_eye), 1.0e-3);
+  float mu_s = dot(up, sun);
+  vec3 reflected = 2.0 * dot(up, to_eye) * up - to_eye;
+  // Waves turn the mirror up where it is seen at a slant, so that it never shows the haze on the horizon alone.
+  float above = max(dot(up, reflected), 0.06);
+  vec3 light = fresnel(mu) * sky(above, mu_s, dot(reflected, sun)).radiance;
+  return mu_s > 0.0 ? light + sunlight * mu_s * glint(mu, max(mu_s, 0.01), dot(to_eye, sun)) : light;
+}
+#endif
+
 // Radiance [1/sr] that the ground sends to the eye, before the air between. up = unit direction of the point, altitude
-// [m], distance [m] to the eye, slant = cosine at which the eye sees the ground.
-vec3 ground_radiance(vec3 up, float altitude, float distance, float slant) {
+// [m], to_eye = unit vector, distance [m] to the eye.
+vec3 ground_radiance(vec3 up, float altitude, vec3 to_eye, float distance) {
+  float slant = max(dot(up, to_eye), 0.0);
   vec3 sun = -u_shadow_axis.direction;
   vec2 uv = map_coordinates(up);
   vec3 albedo = u_ground_albedo;
@@ -74,9 +94,15 @@ vec3 ground_radiance(vec3 up, float altitude, float distance, float slant) {
   float height = dot(up, sun) * (u_bottom_radius + altitude);
   float k = altitude * (2.0 * u_bottom_radius + altitude);
   bool hidden = height < 0.0 && k < height * height;
-  vec3 light = hidden ? vec3(0.0) : max(dot(normal, sun), 0.0) * transmittance_to_top(k, height);
+  vec3 sunlight = hidden ? vec3(0.0) : transmittance_to_top(k, height);
+  vec3 light = sunlight * max(dot(normal, sun), 0.0);
   // A slope sees the part of the sky above it; its light is taken as even over the sky.
   vec3 sky = texture(u_sky_irradiance, vec2(irradiance_coordinate(dot(up, sun)), 0.5)).rgb;
   light += 0.5 * (1.0 + dot(normal, up)) * sky;
-  return u_irradiance * albedo / PI * light;
+  vec3 radiance = albedo / PI * light;
+#ifdef HAS_WATER
+  float sea = 1.0 - smoothstep(0.0, SEA_SHORE, relief.z);
+  radiance += sea * mirrored(up, to_eye, sun, sunlight);
+#endif
+  return u_irradiance * radiance;
 }

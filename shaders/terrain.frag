@@ -15,6 +15,5 @@ void main() {
   vec3 up = normalize(v_up);
   float distance = length(v_relative);
   gl_FragDepth = encode_depth(distance / pixel.stretch);
-  float slant = -dot(v_relative, up) / max(distance, 1.0e-3);
-  out_color = vec4(ground_radiance(up, max(v_altitude, 0.0), distance, max(slant, 0.0)), 1.0);
+  out_color = vec4(ground_radiance(up, max(v_altitude, 0.0), -pixel.direction, distance), 1.0);
 }

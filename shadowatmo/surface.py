@@ -8,7 +8,7 @@ import numpy as np
 from PIL import Image
 
 from shadowatmo.errors import ParameterError
-from shadowatmo.validation import number
+from shadowatmo.validation import instance, number
 
 EARTH_METERS_AT_WHITE = 6400.0  # altitude of the brightest level of the vendored height map
 
@@ -27,6 +27,8 @@ class Surface:
         Altitude that the height map's white stands for [m], >= 0.
     relief_scale : float
         Exaggeration of the relief, >= 0; 1 is true to scale.
+    sea : bool
+        Whether altitude 0 of the height map is water, which mirrors sun and sky.
 
     Raises
     ------
@@ -38,12 +40,14 @@ class Surface:
     height: Path | None = None
     meters_at_white: float = EARTH_METERS_AT_WHITE
     relief_scale: float = 1.0
+    sea: bool = False
 
     def __post_init__(self):
         for name in ("color", "height"):
             path = getattr(self, name)
             if path is not None and not Path(path).is_file():
                 raise ParameterError(name, str(path), "None or the path of an existing image file")
+        instance("sea", self.sea, bool, "True or False")
         for name in ("meters_at_white", "relief_scale"):
             object.__setattr__(self, name, number(name, getattr(self, name), low=0, high=1e6))
 
@@ -51,7 +55,7 @@ class Surface:
     def earth(cls) -> "Surface":
         """The Earth: Blue Marble color and GEBCO heights that come with the package (see CREDITS.md)."""
         data = files("shadowatmo.data")
-        return cls(color=Path(str(data / "earth_color.jpg")), height=Path(str(data / "earth_height.png")))
+        return cls(color=Path(str(data / "earth_color.jpg")), height=Path(str(data / "earth_height.png")), sea=True)
 
     def load_color(self) -> np.ndarray | None:
         """Return the color map, (rows, columns, 3) uint8 sRGB, north at the top; None without one."""
