@@ -16,6 +16,7 @@ from shadowatmo.passes.constants import (
     segment_uniforms,
     transmittance_defines,
 )
+from shadowatmo.passes.eclipse import eclipse_inputs, moon_discs
 from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.transmittance import table_samplers
 
@@ -53,8 +54,17 @@ class AtmosphereComposite(RenderPass):
             defines["HAS_SUN_DISC"] = True
             samplers["u_distance"] = textures["distance"]
             uniforms |= sun_disc_uniforms(view, sun)
+            if view.scene.occluders:
+                defines |= {"HAS_MOONS": True, "MOONS": len(view.scene.occluders)}
+                uniforms["u_moons"] = moon_discs(view)
         method_defines, method_uniforms, class_features = METHODS[view.quality.method](view)
         method_samplers = table_samplers(method_uniforms, textures)
+        moons = eclipse_inputs(view.scene, sun, textures) if view.quality.method != "widths" else ({}, {}, {})
+        if moons[0]:
+            method_uniforms |= {"u_camera_position": view.position}
+        method_defines, method_uniforms, method_samplers = (
+            {**own, **more} for own, more in zip((method_defines, method_uniforms, method_samplers), moons, strict=True)
+        )
         if not first:
             self.ctx.enable(moderngl.BLEND)
             self.ctx.blend_func = moderngl.ONE, moderngl.ONE, moderngl.ZERO, moderngl.ONE

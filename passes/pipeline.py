@@ -6,6 +6,7 @@ from shadowatmo.camera import Camera
 from shadowatmo.errors import ParameterError, PassError
 from shadowatmo.passes.atmosphere import AtmosphereComposite
 from shadowatmo.passes.atmosphere_back_depth import AtmosphereBackDepth
+from shadowatmo.passes.eclipse import Eclipse
 from shadowatmo.passes.frame import Frame
 from shadowatmo.passes.gl.context import check_alive
 from shadowatmo.passes.gl.state import preserve_state
@@ -69,16 +70,19 @@ class Renderer:
     def scene(self, scene):
         instance("scene", scene, Scene, "a Scene")
         before, self._scene = getattr(self, "_scene", None), scene
-        if before is not None and before.surface != scene.surface:
+        if before is None or before == scene:
+            return
+        if before.surface != scene.surface:
             self._release("planet")
-            with preserve_state(self.ctx):
-                self._make_passes()
+        with preserve_state(self.ctx):
+            self._make_passes()
 
     def _make_passes(self):
         depth_format = "d32f" if self.quality.depth_bits == 32 else "d24"
         makers = {
             "transmittance": lambda: TransmittanceTable(self.ctx),
             "sky_irradiance": lambda: SkyIrradiance(self.ctx),
+            "eclipse": lambda: Eclipse(self.ctx),
             "shadow_back_depth": lambda: ShadowBackDepth(self.ctx, self.size, depth_format),
             "shadow_front_depth": lambda: ShadowFrontDepth(self.ctx, self.size, depth_format),
             "planet": lambda: Planet(self.ctx, self.size, depth_format, self.scene.surface),
@@ -162,6 +166,8 @@ class Renderer:
         for name in ("transmittance", "sky_irradiance"):
             if name in self._passes:
                 self._passes[name].draw(self.scene.atmosphere, textures)
+        if "eclipse" in self._passes:
+            self._passes["eclipse"].draw(self.scene, textures)
         if "planet" in self._passes and not composed:
             self._passes["planet"].draw(view, textures)
             textures["background"] = textures["planet_color"]

@@ -14,6 +14,7 @@ from shadowatmo.passes.constants import (
     segment_uniforms,
     transmittance_defines,
 )
+from shadowatmo.passes.eclipse import eclipse_inputs
 from shadowatmo.passes.gl.shader import bind_textures, build_program, set_uniforms
 from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.sky_irradiance import irradiance_mapping
@@ -44,22 +45,28 @@ class Planet(RenderPass):
         framebuffer = self.target.framebuffer
         framebuffer.use()
         framebuffer.clear(depth=0.0 if self.reversed else 1.0)
-        with depth_test(self.ctx, ">" if self.reversed else "<"):
-            defines, uniforms, maps = self._shading(view, textures)
+        for number, sun in enumerate(view.scene.suns if self.maps is not None else view.scene.suns[:1]):
+            defines, uniforms, maps = self._shading(view, sun, textures)
             uniforms |= {"u_camera_up": view.up, "u_camera_radius": view.radius}
-            self.fullscreen("planet.frag", defines, uniforms, maps)
-            if self.shows_relief(view):
-                self._draw_relief(view, defines, uniforms, maps)
+            if number > 0:  # the light of a further sun is added where its surface is the one in view
+                self.ctx.enable(moderngl.BLEND)
+                self.ctx.blend_func = moderngl.ONE, moderngl.ONE
+            nearer = ">" if self.reversed else "<"
+            with depth_test(self.ctx, nearer if number == 0 else nearer + "="):
+                self.fullscreen("planet.frag", defines, uniforms, maps)
+                if self.shows_relief(view):
+                    self._draw_relief(view, defines, uniforms, maps)
+        self.ctx.disable(moderngl.BLEND)
+        self.ctx.blend_func = moderngl.ONE, moderngl.ZERO
         textures["planet_color"], textures["planet_depth"] = self.target.color[0], self.target.depth
 
     def shows_relief(self, view) -> bool:
         """Whether the displaced relief is drawn for a view."""
         return self.maps is not None and self.maps.relief is not None and view.altitude < RELIEF_CEILING
 
-    def _shading(self, view, textures):
-        """Return defines, uniforms and textures of the lit surface."""
+    def _shading(self, view, sun, textures):
+        """Return defines, uniforms and textures of the surface in the light of one sun."""
         scene = view.scene
-        sun = scene.suns[0]
         defines = view.defines()
         uniforms = {**view.depth_uniforms()}
         if self.maps is None:
@@ -77,7 +84,9 @@ class Planet(RenderPass):
             defines |= {"HAS_SHADOW": True, "HAS_TWO_PIECES": True, **segment_defines(MIRRORED_SKY, scene.atmosphere)}
             uniforms |= {**segment_uniforms(scene.atmosphere), **cone_uniforms("u_shadow", view.shadow_cone(sun))}
         samplers = {**self.maps.textures(), "u_sky_irradiance": textures["sky_irradiance"]}
-        return defines, uniforms, samplers | table_samplers(uniforms, textures)
+        moons = eclipse_inputs(view.scene, sun, textures)
+        samplers |= table_samplers(uniforms, textures)
+        return {**defines, **moons[0]}, {**uniforms, **moons[1]}, {**samplers, **moons[2]}
 
     def _draw_relief(self, view, defines, uniforms, maps):
         """Draw the polar grid below the camera, out to where the highest relief sinks behind the horizon."""

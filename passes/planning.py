@@ -2,6 +2,7 @@
 
 from shadowatmo.passes.atmosphere import AtmosphereComposite
 from shadowatmo.passes.atmosphere_back_depth import AtmosphereBackDepth
+from shadowatmo.passes.eclipse import Eclipse, shading_occluders
 from shadowatmo.passes.planet import Planet
 from shadowatmo.passes.shadow_back_depth import ShadowBackDepth
 from shadowatmo.passes.shadow_front_depth import ShadowFrontDepth
@@ -25,6 +26,10 @@ def make_plan(scene, quality) -> Plan:
     table = quality.transmittance == "table" and quality.method == "segments"
     add(table, TransmittanceTable, "columns come from a table (transmittance='table'), made once", "columns have a closed form")
     add(scene.surface is not None, SkyIrradiance, "the surface also reflects skylight; made once", "there is no surface to light")
+    moons = {sun: len(shading_occluders(scene, sun)) for sun in scene.suns}
+    touched = f"the penumbrae of {max(moons.values())} occluders reach the air"
+    untouched = "no occluder's penumbra reaches the air" if scene.occluders else "the scene has no occluders"
+    add(any(moons.values()), Eclipse, touched, untouched)
     solved = "the shadow's distances are solved per pixel (depth='analytic')"
     add(textured, ShadowBackDepth, f"the far side of the planet's shadow ({shape}) ends the dark part of a ray", solved)
     add(textured, ShadowFrontDepth, f"the near side of the planet's shadow ({shape}) begins the dark part", solved)
@@ -46,6 +51,4 @@ def make_plan(scene, quality) -> Plan:
     }[quality.method]
     add(True, AtmosphereComposite, f"{how} ({suns})", "", (*AtmosphereComposite.inputs, *background))
     left_out.append(Step(Tonemap.name, "runs when a picture is asked for; frames are scene-linear"))
-    if scene.occluders:
-        left_out.append(Step("eclipse", "occluders shade nothing yet: only their lengths are known to probe()"))
     return Plan(tuple(steps), tuple(left_out))

@@ -16,6 +16,7 @@ from shadowatmo.passes.constants import (
     segment_uniforms,
     transmittance_defines,
 )
+from shadowatmo.passes.eclipse import Eclipse, eclipse_inputs
 from shadowatmo.passes.gl.shader import Fullscreen, bind_textures, build_program, set_uniforms
 from shadowatmo.passes.gl.state import preserve_state
 from shadowatmo.passes.gl.textures import Target
@@ -73,7 +74,8 @@ class _Probe:
         self.ray = ray_from_points(scene.atmosphere, rays.origins, rays.directions)
         self.base = rays.origins + self.ray.start[:, None] * rays.directions
         self.hit = self.ray.air >= 0.0
-        self.textures, self.tables = [], {}
+        self.tables, self.eclipse = {}, Eclipse(ctx)
+        self.textures = [self.eclipse]
 
     def run(self) -> ProbeResult:
         table = None
@@ -149,9 +151,16 @@ class _Probe:
         uniforms = {**medium_uniforms(atmosphere), **segment_uniforms(atmosphere)}
         uniforms["u_ground_albedo"] = atmosphere.ground_albedo
         uniforms |= cone_uniforms("u_shadow", shadow.cylinder(atmosphere.bottom_radius))
+        self.eclipse.draw(self.scene, self.tables)
+        moons = eclipse_inputs(self.scene, sun, self.tables)
+        defines |= moons[0]
+        uniforms |= moons[1]
         textures = {"u_ray": self._texture(ray.x, ray.k, ray.tangent_k, ray.air)}
         textures |= self._axis_textures(axis, self.rays.t_max - ray.start)
         textures |= table_samplers(uniforms, self.tables)
+        if moons[2]:
+            textures |= moons[2]
+            textures |= {"u_base": self._texture(*self.base.T), "u_direction": self._texture(*self.rays.directions.T)}
         return self._draw("probe.frag", defines, uniforms, textures, 3)
 
     def _lengths(self, end_distance, center, radius):

@@ -24,6 +24,10 @@ uniform sampler2D u_background;
 uniform sampler2D u_distance;
 #endif
 
+#ifdef HAS_ECLIPSE
+uniform vec3 u_camera_position;  // m
+#endif
+
 out vec4 out_color;  // a: how much of the background the air hides
 
 void main() {
@@ -37,11 +41,19 @@ void main() {
   float nu = -dot(pixel.direction, u_shadow_axis.direction);
 #ifdef HAS_SUN_DISC
   bool open = isinf(texelFetch(u_distance, texel, 0).x);
-  background += open ? u_irradiance * sun_disc(length(across), nu) : vec3(0.0);
+  float hidden = 0.0;
+#ifdef HAS_MOONS
+  hidden = behind_moons(pixel.direction);
+#endif
+  background += open ? u_irradiance * sun_disc(length(across), nu, hidden) : vec3(0.0);
 #endif
 #ifdef HAS_AIR
   Ray ray = pixel_ray(pixel);
   vec2 sun = vec2(-u_shadow_axis.z + ray.start * nu, nu);
+#ifdef HAS_ECLIPSE
+  eclipse_base = u_camera_position + ray.start * pixel.direction;
+  eclipse_direction = pixel.direction;
+#endif
   Scattered air = scatter(ray, sun, dot(across, across), texelFetch(u_cuts, texel, 0));
   out_color = vec4(air.transmittance * background + u_irradiance * air.radiance, 1.0 - dot(air.transmittance, vec3(1.0 / 3.0)));
 #else

@@ -10,6 +10,10 @@ uniform sampler2D u_axis;     // z, dz, across, drift
 uniform sampler2D u_limits;   // impact, rim, t_max from the base point
 uniform vec3 u_ground_albedo;
 uniform Cone u_shadow;  // the planet's, for the parallel sun
+#ifdef HAS_ECLIPSE
+uniform sampler2D u_base;       // m, planet-centered base point
+uniform sampler2D u_direction;
+#endif
 
 layout(location = 0) out vec4 out_transmittance;  // a: t_end from the base point
 layout(location = 1) out vec4 out_single;         // a: 0 miss, 1 top, 2 ground, 3 t_max
@@ -42,6 +46,10 @@ void main() {
   float from = clamp(shadow.x, 0.0, end);
   float to = clamp(shadow.y, from, end);
 
+#ifdef HAS_ECLIPSE
+  eclipse_base = texelFetch(u_base, texel, 0).xyz;
+  eclipse_direction = texelFetch(u_direction, texel, 0).xyz;
+#endif
   vec2 sun = vec2(-axis.z, -axis.dz);
   Inscatter sum = no_inscatter();
   add_lit(ray, sun, 0.0, from, sum);
@@ -54,5 +62,8 @@ void main() {
 
   float height = sun.x + sun.y * end;
   vec3 direct = u_ground_albedo / PI * max(height, 0.0) / u_bottom_radius * transmittance_to_top(0.0, max(height, 0.0));
+#ifdef HAS_ECLIPSE
+  direct *= visibility_along(end);
+#endif
   out_ground = vec4(code == 2.0 ? transmittance * direct : vec3(0.0), to - from);
 }

@@ -5,6 +5,9 @@
 // ground, and optical depth pulls its center towards the camera. The view's own columns at the nodes come from the same
 // densities by the integrals of the Lagrange basis (no fetch). Phases and scattering coefficients are applied last.
 
+#ifdef HAS_ECLIPSE
+#include "eclipse.glsl"
+#endif
 #include "phase.glsl"
 #include "transmittance.glsl"
 
@@ -96,6 +99,9 @@ void add_lit(Ray ray, vec2 sun, float near, float far, inout Inscatter sum) {
     columns.z += ozone_to(ray.tangent_k, crossings, ray.x + t[i]) - ozone_start;
 #endif
     vec3 light = WEIGHTS[i] * exp(-optical_depth(columns));
+#ifdef HAS_ECLIPSE
+    light *= visibility_along(t[i]);
+#endif
     sum.rayleigh += light * steps[i].x;
     sum.mie += light * steps[i].y;
   }

@@ -4,6 +4,9 @@
 #include "phase.glsl"
 #include "camera.glsl"
 #include "sky_irradiance.glsl"
+#ifdef HAS_ECLIPSE
+#include "eclipse.glsl"
+#endif
 #ifdef HAS_WATER
 #include "sky.glsl"
 #include "water.glsl"
@@ -68,6 +71,10 @@ vec3 mirrored(vec3 up, vec3 to_eye, vec3 sun, vec3 sunlight) {
   vec3 reflected = 2.0 * dot(up, to_eye) * up - to_eye;
   // Waves turn the mirror up where it is seen at a slant, so that it never shows the haze on the horizon alone.
   float above = max(dot(up, reflected), 0.06);
+#ifdef HAS_ECLIPSE
+  eclipse_base = up * u_bottom_radius;
+  eclipse_direction = reflected;
+#endif
   vec3 light = fresnel(mu) * sky(above, mu_s, dot(reflected, sun)).radiance;
   return mu_s > 0.0 ? light + sunlight * mu_s * glint(mu, max(mu_s, 0.01), dot(to_eye, sun)) : light;
 }
@@ -95,9 +102,17 @@ vec3 ground_radiance(vec3 up, float altitude, vec3 to_eye, float distance) {
   float k = altitude * (2.0 * u_bottom_radius + altitude);
   bool hidden = height < 0.0 && k < height * height;
   vec3 sunlight = hidden ? vec3(0.0) : transmittance_to_top(k, height);
+#ifdef HAS_ECLIPSE
+  float visible = sun_visibility(up * (u_bottom_radius + altitude));
+  sunlight *= visible;
+#endif
   vec3 light = sunlight * max(dot(normal, sun), 0.0);
   // A slope sees the part of the sky above it; its light is taken as even over the sky.
   vec3 sky = texture(u_sky_irradiance, vec2(irradiance_coordinate(dot(up, sun)), 0.5)).rgb;
+#ifdef HAS_ECLIPSE
+  // Skylight fades with the sun, and in totality a thousandth comes in from the penumbra: the order of it, no more.
+  sky *= (visible + 0.001) / 1.001;
+#endif
   light += 0.5 * (1.0 + dot(normal, up)) * sky;
   vec3 radiance = albedo / PI * light;
 #ifdef HAS_WATER

@@ -24,10 +24,11 @@ class GlslRunner:
         shutil.copytree(files("shadowatmo.shaders"), self.folder)
         self._count = 0
 
-    def __call__(self, includes, code, inputs, uniforms=None, defines=None, outputs=1):
+    def __call__(self, includes, code, inputs, uniforms=None, defines=None, outputs=1, samplers=None):
         """Return the outputs, (N, 4) float32 each (one array for one output).
 
         `inputs` are arrays (N,) or (N, up to 4), in GLSL the vec4 in0, in1, ...; `code` sets out0, out1, ...
+        `samplers` are textures of the libraries by name.
         """
         inputs = [np.asarray(a, np.float32).reshape(len(a), -1) for a in inputs]
         count = len(inputs[0])
@@ -44,7 +45,7 @@ class GlslRunner:
         set_uniforms(program, uniforms or {})
         size = (min(count, 512), -(-count // 512))
         textures = [self._texture(size, values) for values in inputs]
-        bind_textures(program, {f"u_in{i}": texture for i, texture in enumerate(textures)})
+        bind_textures(program, {**(samplers or {}), **{f"u_in{i}": texture for i, texture in enumerate(textures)}})
         draw = Fullscreen(self.ctx, program)
         with Target(self.ctx, size, color=("rgba32f",) * outputs) as target:
             target.framebuffer.use()
