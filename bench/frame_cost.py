@@ -1,12 +1,13 @@
 """Cost of whole frames as CPU-time ratios to a full-screen copy pass, interleaved in one run.
 
-Usage: python bench/frame_cost.py [frames]. Meaningful where the renderer runs on the CPU (llvmpipe): process time counts
-its threads, and ratios hold on a busy machine where wall time does not. The copy reads and writes one RGBA 16-bit float
-texel a pixel.
+Usage: python bench/frame_cost.py [frames]. Meaningful where the renderer runs on the CPU (llvmpipe): process time
+counts its threads, and ratios hold on a busy machine where wall time does not. The copy reads and writes one RGBA
+16-bit float texel a pixel.
 """
 
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -57,7 +58,8 @@ def main(frames=9):
                 for _ in range(2):
                     renderer.render(camera)
                     copy()
-                pairs = [(cpu_time(ctx, lambda r=renderer: r.render(camera)), cpu_time(ctx, copy)) for _ in range(frames)]
+                draw = partial(renderer.render, camera)
+                pairs = [(cpu_time(ctx, draw), cpu_time(ctx, copy)) for _ in range(frames)]
             row.append(np.median([p[0] for p in pairs]) / np.median([p[1] for p in pairs]))
         print(f"{name:34s}" + "".join(f"{ratio:20.1f}" for ratio in row), flush=True)
 

@@ -33,7 +33,8 @@ def shading_occluders(scene, sun) -> tuple:
 def size_ratios(atmosphere, sun, occluder) -> tuple[float, float]:
     """Return the smallest and the largest ratio of the angular radii of moon and sun that can occur in the air."""
     reach, distance = atmosphere.top_radius, float(np.linalg.norm(occluder.center))
-    moon = [np.arcsin(min(occluder.radius / max(d, occluder.radius), 1.0)) for d in (distance + reach, distance - reach)]
+    nearest = max(distance - reach, occluder.radius)
+    moon = [np.arcsin(min(occluder.radius / d, 1.0)) for d in (distance + reach, nearest)]
     disc = [np.arcsin(min(sun.radius / d, 1.0)) for d in (sun.distance - reach, sun.distance + reach)]
     return moon[0] / disc[0], max(moon[1] / disc[1], moon[0] / disc[0] * (1.0 + 1e-6))
 

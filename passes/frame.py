@@ -26,7 +26,7 @@ class Frame:
 
     def _texture(self, name):
         if self._renderer.frame_number != self._number:
-            raise PassError(f"frame {self._number} is gone: its renderer was closed or drew another; read it before that")
+            raise PassError(f"frame {self._number} is gone: its renderer was closed or drew another; read it before")
         return self._textures[name]
 
     @property

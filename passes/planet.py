@@ -29,7 +29,7 @@ RELIEF_CEILING = 1e6  # m; above it the relief is far below a pixel and the smoo
 
 
 class Planet(RenderPass):
-    """The ground, lit by the suns through the air (Schafhitzel et al. 2007, eq. 9-12), before the air in front of it."""
+    """The ground, lit by the suns through the air (Schafhitzel et al. 2007, eq. 9-12), without the air before it."""
 
     name = "planet"
     outputs = ("planet_color", "planet_depth")

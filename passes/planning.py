@@ -20,12 +20,14 @@ def make_plan(scene, quality) -> Plan:
     steps, left_out = [], []
 
     def add(wanted, render_pass, reason, otherwise, inputs=None):
-        step = Step(render_pass.name, reason if wanted else otherwise, inputs or render_pass.inputs, render_pass.outputs)
-        (steps if wanted else left_out).append(step)
+        why, reads = reason if wanted else otherwise, inputs or render_pass.inputs
+        (steps if wanted else left_out).append(Step(render_pass.name, why, reads, render_pass.outputs))
 
     table = quality.transmittance == "table" and quality.method == "segments"
-    add(table, TransmittanceTable, "columns come from a table (transmittance='table'), made once", "columns have a closed form")
-    add(scene.surface is not None, SkyIrradiance, "the surface also reflects skylight; made once", "there is no surface to light")
+    tabled = "columns come from a table (transmittance='table'), made once"
+    add(table, TransmittanceTable, tabled, "columns have a closed form")
+    skylit = "the surface also reflects skylight; made once"
+    add(scene.surface is not None, SkyIrradiance, skylit, "there is no surface to light")
     moons = {sun: len(shading_occluders(scene, sun)) for sun in scene.suns}
     touched = f"the penumbrae of {max(moons.values())} occluders reach the air"
     untouched = "no occluder's penumbra reaches the air" if scene.occluders else "the scene has no occluders"

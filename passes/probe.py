@@ -147,7 +147,8 @@ class _Probe:
         axis = shadow.axis_ray(
             self.base, self.rays.directions, -np.array(sun.direction), np.zeros(3), atmosphere.bottom_radius
         )
-        defines = {**medium_defines(atmosphere), **transmittance_defines(atmosphere, quality), **segment_defines(quality, atmosphere)}
+        defines = {**medium_defines(atmosphere), **transmittance_defines(atmosphere, quality)}
+        defines |= segment_defines(quality, atmosphere)
         uniforms = {**medium_uniforms(atmosphere), **segment_uniforms(atmosphere)}
         uniforms["u_ground_albedo"] = atmosphere.ground_albedo
         uniforms |= cone_uniforms("u_shadow", shadow.cylinder(atmosphere.bottom_radius))

@@ -50,7 +50,7 @@ def check_convention(texture, convention) -> None:
         raise ParameterError(
             "camera.depth",
             convention.kind,
-            f"one of {', '.join(KINDS_OF_BUFFER)} for a depth-format texture: Camera(depth=DepthConvention('standard', ...))",
+            f"one of {', '.join(KINDS_OF_BUFFER)} for a depth texture: Camera(depth=DepthConvention('standard', ...))",
         )
     if convention.kind == "position" and texture.components < 3:
         raise ParameterError("depth", f"a texture of {texture.components} components", "3 or 4 for positions")

@@ -9,17 +9,19 @@
 #include "phase.glsl"
 #include "ray.glsl"
 
-uniform vec3 u_sun_mapping;  // width about the horizon, arcsinh of mu_s over it at the low end, its span
+uniform vec3 u_sun_mapping;  // width about the horizon, arcsinh of the elevation over it at the low end, its span
 
-// Places 0..1 along the table's axes, and their inverses.
+// Places 0..1 along the table's axes, and their inverses. The sun's goes by a stand-in for its elevation that is mu_s about
+// the horizon and uniform in the angle about the zenith.
 float sun_coordinate(float mu_s) {
-  float z = mu_s / u_sun_mapping.x;
+  float z = 2.0 * mu_s / (u_sun_mapping.x * (1.0 + safe_sqrt(1.0 - abs(mu_s))));
   float stretched = log(abs(z) + sqrt(z * z + 1.0));
   return clamp(((z < 0.0 ? -stretched : stretched) - u_sun_mapping.y) / u_sun_mapping.z, 0.0, 1.0);
 }
 float sun_height(float unit) {
   float e = exp(u_sun_mapping.y + u_sun_mapping.z * unit);
-  return 0.5 * u_sun_mapping.x * (e - 1.0 / e);
+  float elevation = 0.5 * u_sun_mapping.x * (e - 1.0 / e);
+  return elevation - 0.25 * elevation * abs(elevation);
 }
 float height_coordinate(float altitude) { return sqrt(clamp(altitude / u_thickness, 0.0, 1.0)); }
 float height_of(float unit) { return u_thickness * unit * unit; }

@@ -1,8 +1,8 @@
 """Precomputed tables on disk, so that a second start need not compute them again.
 
-A file is named by the content it depends on (parameters, sizes, shader text, format version) and carries a checksum over
-its header and its data. Whatever is wrong with a file, it counts as missing: the table is computed again and the file is
-replaced, atomically, so that a reader never sees half of one.
+A file is named by the content it depends on (parameters, sizes, shader text, format version) and carries a checksum
+over its header and its data. Whatever is wrong with a file, it counts as missing: the table is computed again and the
+file is replaced, atomically, so that a reader never sees half of one.
 """
 
 import contextlib

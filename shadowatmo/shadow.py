@@ -17,7 +17,7 @@ UMBRA, ANTUMBRA = 1.0, -1.0  # which nappe of the cone
 
 @dataclass(frozen=True)
 class Cone:
-    """rho <= radius + excess - z slope on z in [near, far], all [m] but the slope; z along the axis, away from the sun."""
+    """rho <= radius + excess - z slope for z in [near, far] along the axis, away from the sun; all [m] but the slope."""
 
     radius: float
     slope: float = 0.0
@@ -36,7 +36,7 @@ def cylinder(radius) -> Cone:
 
 
 def umbra_cone(radius, sun_radius, distance) -> Cone:
-    """Return the umbra of a sphere `distance` away from the sun's center; it widens where the sun is the smaller one."""
+    """Return the umbra of a sphere `distance` from the sun's center; it widens where the sun is the smaller one."""
     sine = (sun_radius - radius) / distance
     cosine = math.sqrt((1.0 - sine) * (1.0 + sine))
     apex = radius / sine if sine > 0.0 else FAR_AWAY

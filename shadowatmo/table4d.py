@@ -200,11 +200,12 @@ def path_transmittance(atmosphere, paths):
 
 
 def first_order(atmosphere, paths, nodes=NODES):
-    """Return the radiance (N, 3) of the first order: single scattering, and the sunlit ground where a path ends on it."""
+    """Return the radiance (N, 3) of the first order: single scattering, and the sunlit ground at the end of a path."""
     rayleigh, mie = single_scattering(atmosphere, paths, nodes)
     radiance = rayleigh_phase(paths.nu)[:, None] * rayleigh + mie_phase(paths.nu, atmosphere.mie_g)[:, None] * mie
-    height = np.maximum((paths.sun_height + paths.nu * paths.end), 0.0)
-    direct = transmittance_to_top(atmosphere, np.zeros_like(height), height) * (height / atmosphere.bottom_radius)[:, None]
+    height = np.maximum(paths.sun_height + paths.nu * paths.end, 0.0)
+    direct = transmittance_to_top(atmosphere, np.zeros_like(height), height)
+    direct *= (height / atmosphere.bottom_radius)[:, None]
     reflected = path_transmittance(atmosphere, paths) * np.array(atmosphere.ground_albedo) / np.pi * direct
     return radiance + np.where(paths.ground[:, None], reflected, 0.0)
 
@@ -223,7 +224,8 @@ def paths_around(atmosphere, k, mu_s, above, below, around):
     ground = np.repeat(np.arange(above + below) >= above, around)
     x, k = r * mu, np.full_like(mu, k)
     tangent_k = np.where(ground, np.minimum(k - x * x, 0.0), k - x * x)
-    top = far_root(x, k - k_of(atmosphere, atmosphere.thickness), safe_sqrt(k_of(atmosphere, atmosphere.thickness) - tangent_k))
+    top_k = k_of(atmosphere, atmosphere.thickness)
+    top = far_root(x, k - top_k, safe_sqrt(top_k - tangent_k))
     end = np.where(ground, k / (safe_sqrt(-tangent_k) - x + 1e-30), np.maximum(top, 0.0))
     ray = Ray(x, k, tangent_k, np.zeros_like(x), end)
     return TexelPaths(ray, end, ground, np.full_like(mu, r * mu_s), nu), mu, azimuth, weights

@@ -65,7 +65,8 @@ def layer_columns(atmosphere, k, y, terms, subtract_top):
 def ozone_levels(atmosphere):
     """Return k (3,) [m^2] at which the tent begins, peaks and ends when its sides are taken as straight over k.
 
-    Over k they bend a little, by half_width / (2 R) of themselves; the ends are moved so that either side keeps its column.
+    Over k they bend a little, by half_width / (2 R) of themselves; the ends are moved so that either side keeps its
+    column.
     """
     layer = atmosphere.ozone
     begin, half_up, peak, half_down, end = (

@@ -1,4 +1,4 @@
-"""The cameras that pixels are judged with: from 2 m to 1e9 m, in light, at the terminator, and in the planet's shadow."""
+"""The cameras that pixels are judged with: from 2 m to 1e9 m, in light, at the terminator, in the planet's shadow."""
 
 import numpy as np
 

@@ -37,12 +37,12 @@ void main() {{
 def make_rays(atmosphere, rng, name, count):
     """Return origins, directions, suns (N, 3) and t_max (N,) of a named set."""
     altitudes, zeniths, blocked = RAY_SETS[name]
-    R = atmosphere.bottom_radius
+    radius = atmosphere.bottom_radius
     zenith = np.radians(rng.uniform(*zeniths, count))
     suns = np.stack([np.sin(zenith), np.zeros(count), np.cos(zenith)], axis=1)
     azimuth = rng.uniform(0, 2 * np.pi, count)
     if altitudes is None:  # from 400 km, tangent between 1/60 and 5/6 of the air
-        r, tangent = R + 4e5 * R / 6.36e6, R + atmosphere.thickness * rng.uniform(0.02, 0.83, count)
+        r, tangent = radius + 4e5 * radius / 6.36e6, radius + atmosphere.thickness * rng.uniform(0.02, 0.83, count)
         sine = tangent / r
         mu = -np.sqrt(1 - sine**2)
         origins = np.broadcast_to([0.0, 0.0, r], (count, 3))
@@ -51,7 +51,7 @@ def make_rays(atmosphere, rng, name, count):
         # half of them within 10 degrees of the horizontal
         elevation = np.where(rng.random(count) < 0.5, rng.uniform(-10, 10, count), rng.uniform(-90, 90, count))
         mu, sine = np.sin(np.radians(elevation)), np.cos(np.radians(elevation))
-        origins = np.stack([0 * h, 0 * h, R + h], axis=1)
+        origins = np.stack([0 * h, 0 * h, radius + h], axis=1)
     directions = np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), mu], axis=1)
     t_max = np.full(count, np.inf) if blocked is None else np.exp(rng.uniform(*np.log(blocked), count))
     return origins, directions, suns, t_max
@@ -71,6 +71,11 @@ def cut_rays(atmosphere, origins, directions, suns, t_max):
         cuts[i] = 0.0, dark, np.clip(stop[0], dark, end[i]), end[i]
     sun = np.stack([np.einsum("ij,ij->i", base, suns), np.einsum("ij,ij->i", directions, suns)], axis=1)
     return ray, sun, cuts
+
+
+def looks_down(ray):
+    """Return which rays meet the ground."""
+    return (ray.tangent_k < 0) & (ray.x < 0)
 
 
 def scatter_rays(glsl, library, ray, sun, cuts, uniforms, defines, samplers):

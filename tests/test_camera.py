@@ -17,7 +17,8 @@ def test_pixel_rays_follow_the_definition():
     right /= np.linalg.norm(right)
     up, t = np.cross(right, forward), math.tan(math.radians(20))
     for i, j in ((0, 0), (36, 0), (5, 20), (18, 10)):
-        ray = forward + (2 * (i + 0.5) / width - 1) * (width / height) * t * right + (1 - 2 * (j + 0.5) / height) * t * up
+        x, y = 2 * (i + 0.5) / width - 1, 1 - 2 * (j + 0.5) / height
+        ray = forward + x * (width / height) * t * right + y * t * up
         assert np.allclose(rays[j, i], ray / np.linalg.norm(ray), atol=1e-14)
     assert rays[0, 0] @ up > 0 > rays[20, 0] @ up  # row 0 is the top
 

@@ -63,10 +63,11 @@ def test_which_moons_reach_the_air():
     assert shades_the_air(EARTH, SUN, MOON)
     for center in ((-3.7e8, 0, 0), (3.7e8, 2e7, 0), (0, 3.7e8, 0), (1.6e11, 0, 0)):
         assert not shades_the_air(EARTH, SUN, dataclasses.replace(MOON, center=center)), center
-    edge = [shades_the_air(EARTH, SUN, dataclasses.replace(MOON, center=(3.7e8, y, 0))) for y in np.linspace(0, 3e7, 301)]
+    sides = np.linspace(0, 3e7, 301)
+    edge = [shades_the_air(EARTH, SUN, dataclasses.replace(MOON, center=(3.7e8, y, 0))) for y in sides]
     assert edge[0] and not edge[-1] and np.count_nonzero(np.diff(edge)) == 1
     # the penumbra of the Moon is about 3.5e6 m wide at the Earth
-    assert abs(np.linspace(0, 3e7, 301)[np.argmin(edge)] - (EARTH.top_radius + 3.5e6)) < 4e5
+    assert abs(sides[np.argmin(edge)] - (EARTH.top_radius + 3.5e6)) < 4e5
 
 
 def test_single_scattering_of_the_reference_cases(ctx):
@@ -97,8 +98,9 @@ def test_a_scene_without_shading_moons_pays_nothing(ctx):
         assert eclipse_inputs(away, SUN, {}) == ({}, {}, {})
     with sa.Renderer(ctx, sa.Scene(suns=SUN, occluders=MOON), (8, 8)) as renderer:
         assert "eclipse" in renderer.plan
+    features = {"HAS_AIR": True, "HAS_SEGMENTS": True}
     for name in ("probe.frag", "atmosphere.frag"):
-        assert "visib" not in compose_source(name, {"HAS_AIR": True, "HAS_SEGMENTS": True}, optional=("HAS_AIR", "HAS_SEGMENTS")).text
+        assert "visib" not in compose_source(name, features, optional=features).text
 
 
 def test_totality_darkens_the_frame_and_hides_the_disc(ctx):

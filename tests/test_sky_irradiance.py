@@ -22,7 +22,8 @@ def true_irradiance(atmosphere, mu_s, directions=(24, 24)):
     mu, weight = nodes**2, weights * 2 * nodes * nodes**2
     azimuth = np.pi * (np.arange(directions[1]) + 0.5) / directions[1]
     sine = np.sqrt(1 - mu * mu)[:, None]
-    rays = np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), np.broadcast_to(mu[:, None], sine.shape[:1] + azimuth.shape)], axis=-1)
+    upward = np.broadcast_to(mu[:, None], (len(mu), len(azimuth)))
+    rays = np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), upward], axis=-1)
     sun = sa.Sun(direction=(np.sqrt(1 - mu_s * mu_s), 0, mu_s))
     origins = np.tile([0, 0, atmosphere.bottom_radius], (rays[..., 0].size, 1))
     light = reference.probe(sa.Scene(atmosphere, sun), origins, rays.reshape(-1, 3)).single.reshape(*rays.shape)

@@ -51,7 +51,8 @@ def test_infinite_top_is_not_the_top(rng):
     """The rejected case: without the column beyond the top the toy planet's transmittance is percents wrong."""
     k, y = sun_rays(TOY, rng)
     right = np.exp(-true_columns(TOY, k, y)[:, 0] * 2e-3)
-    wrong = transmittance_to_top(dataclasses.replace(TOY, mie_scattering=(0, 0, 0), mie_extinction=(0, 0, 0)), k, y, 6, False)
+    clear = dataclasses.replace(TOY, mie_scattering=(0, 0, 0), mie_extinction=(0, 0, 0))
+    wrong = transmittance_to_top(clear, k, y, 6, False)
     assert np.max(np.abs(wrong[:, 2] - right)) > 0.01
 
 

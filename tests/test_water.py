@@ -12,7 +12,7 @@ def test_fresnel_at_its_ends():
 
 @pytest.mark.parametrize("zenith", [0.0, 30.0, 60.0])
 def test_reflected_sun_keeps_its_energy(zenith):
-    """Summed over the sky, what is reflected is what falls on the water times a Fresnel reflectance near the mirror's."""
+    """Summed over the sky, what is reflected is what falls on the water times about the mirror's reflectance."""
     mu_s, sine = np.cos(np.radians(zenith)), np.sin(np.radians(zenith))
     mu = (np.arange(600) + 0.5) / 600
     azimuth = 2 * np.pi * (np.arange(720) + 0.5) / 720

@@ -1,5 +1,7 @@
 """Lit and shadowed widths of whole frames, pixel by pixel, against the float64 twin at the same rays."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -84,9 +86,7 @@ def test_host_depth_cuts_the_path(ctx):
 
 def compose_widths(ctx, camera, convention, depth):
     """Return Frame.lit_width (h, w) of a black scene with a host's depth (h, w, channels), row 0 at the bottom."""
-    camera = sa.Camera(
-        position=camera.position, forward=camera.forward, up=camera.up, vertical_fov=camera.vertical_fov, depth=convention
-    )
+    camera = dataclasses.replace(camera, target=None, depth=convention)
     color = ctx.texture(SIZE, 4, np.zeros((*SIZE[::-1], 4), np.float32).tobytes(), dtype="f4")
     texture = ctx.texture(SIZE, depth.shape[2], np.ascontiguousarray(depth).tobytes(), dtype="f4")
     try:

@@ -1,0 +1,92 @@
+"""Multiple scattering of one camera in a coarse table, see multiple_view.glsl: two fetches a pixel instead of forty."""
+
+import math
+
+import numpy as np
+
+from shadowatmo.passes.base import RenderPass
+from shadowatmo.passes.constants import medium_defines, medium_uniforms, segment_uniforms
+from shadowatmo.passes.gl.textures import Target
+from shadowatmo.passes.multiple import multiple_defines, multiple_samplers, multiple_uniforms, path_defines
+
+CELL = 16  # pixels
+FIRST = 0.375  # scale of the slices' distances in Rayleigh scale heights: uniform below, logarithmic beyond
+HIGH_ALTITUDE = 2.5  # of the camera, in scale heights of the higher layer, from which the table goes by geometry
+HIGH_SIZE = (65, 128)  # azimuths, rows of both halves
+SLICES = {False: 12, True: 6}  # by whether the camera is high
+NODES = {False: 8, True: 10}
+
+
+def is_high(view) -> bool:
+    """Return whether the table of a view goes by geometry, and not by cells of the frame."""
+    atmosphere = view.scene.atmosphere
+    return view.altitude > HIGH_ALTITUDE * max(atmosphere.rayleigh_scale_height, atmosphere.mie_scale_height)
+
+
+def view_defines(view) -> dict:
+    """Return the defines of multiple_view.glsl for the lookup."""
+    return {"HAS_MULTIPLE_VIEW": True, **_kind(view)}
+
+
+def view_uniforms(view, sun) -> dict:
+    """Return the uniforms of multiple_view.glsl."""
+    atmosphere = view.scene.atmosphere
+    if not is_high(view):
+        longest = 2.0 * math.sqrt(atmosphere.top_radius**2 - atmosphere.bottom_radius**2)
+        first = FIRST * atmosphere.rayleigh_scale_height
+        return {"u_view_size": _size(view), "u_view_slices": (first, 1.0 / math.log1p(longest / first))}
+    inside = view.altitude < atmosphere.thickness
+    across = np.array(sun.direction) - (sun.direction @ view.up) * view.up
+    length = float(np.linalg.norm(across))
+    other = np.eye(3)[np.argmin(np.abs(view.up))]
+    toward = across / length if length > 1e-6 else np.cross(view.up, other) / np.linalg.norm(np.cross(view.up, other))
+    return {
+        "u_view_size": _size(view),
+        "u_view_top": (min(view.altitude, atmosphere.thickness), 0.5 if inside else 1.0, view.radius),
+        "u_view_up": view.up,
+        "u_view_toward": toward,
+    }
+
+
+def _kind(view):
+    high = is_high(view)
+    return {"SLICES": SLICES[high], **({"HAS_HIGH_CAMERA": True} if high else {"CELL": CELL})}
+
+
+def _size(view):
+    return HIGH_SIZE if is_high(view) else tuple(-(-n // CELL) + 1 for n in view.size)
+
+
+class MultipleView(RenderPass):
+    """Source over extinction of multiple scattering, averaged along the paths from the camera, for one sun."""
+
+    name = "multiple_view"
+    inputs = ("multiple_table", "multiple_level", "ground_irradiance", "aureole_table")
+    outputs = ("multiple_view",)
+
+    def __init__(self, ctx, size):
+        super().__init__(ctx, size)
+        self._targets = {}
+
+    def draw(self, view, textures, sun, recipe):
+        atmosphere, high = view.scene.atmosphere, is_high(view)
+        if high not in self._targets:
+            width, height = _size(view)
+            target = self.own(Target(self.ctx, (width, height * SLICES[high]), color=("rgba32f",)))
+            target.color[0].filter = (self.ctx.LINEAR, self.ctx.LINEAR)
+            self._targets[high] = target
+        defines = {**medium_defines(atmosphere), **multiple_defines(recipe), **path_defines(NODES[high], 2)}
+        uniforms = {**view.camera_uniforms(), **medium_uniforms(atmosphere), **segment_uniforms(atmosphere)}
+        uniforms |= {**multiple_uniforms(atmosphere), **view_uniforms(view, sun), **view.axis_uniforms(sun)}
+        defines |= {"TERMS": 4, **_kind(view)}
+        if view.is_far and not high:
+            defines["HAS_FAR_CAMERA"] = True
+        elif view.is_far:
+            uniforms.pop("u_moments")
+        self._targets[high].framebuffer.use()
+        self.fullscreen("multiple_view.frag", defines, uniforms, multiple_samplers(textures))
+        textures["multiple_view"] = self._targets[high].color[0]
+
+    def release(self):
+        super().release()
+        self._targets.clear()

@@ -1,0 +1,71 @@
+"""Resolution of the solver for multiple scattering, apart from the physics."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Effort:
+    """Rays of a gather: zenith angles above and below the horizon, azimuths over half a turn, nodes of pieces."""
+
+    above: int = 8
+    below: int = 6
+    around: int = 10
+    nodes: int = 6
+    gap_nodes: int = 3
+
+    @property
+    def polar(self) -> int:
+        """Zenith angles in all."""
+        return self.above + self.below
+
+    @property
+    def azimuths(self) -> np.ndarray:
+        """Azimuths from the sun [rad]: midpoints of equal parts of half a turn, which stand for the other half too."""
+        return np.pi * (np.arange(self.around) + 0.5) / self.around
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """Resolution of the solver.
+
+    Parameters
+    ----------
+    heights, suns : int
+        Nodes over altitude and mu_s.
+    polar, azimuths : int
+        Nodes of the table over mu (-1 to 1) and azimuth from the sun (0 to pi).
+    degree : int
+        Of the spherical harmonics.
+    band : int
+        Degree to which the aerosols' phase function counts in the first gather.
+    first, later : Effort
+        Of the first gather, and of those after.
+    orders : int
+        Radiance fields that are gathered, before the geometric tail.
+    """
+
+    heights: int = 16
+    suns: int = 48
+    polar: int = 20
+    azimuths: int = 10
+    degree: int = 8
+    band: int = 12
+    first: Effort = Effort()
+    later: Effort = Effort()
+    orders: int = 5
+
+
+RECIPES = {
+    "balanced": Recipe(first=Effort(8, 6, 12, 6, 3), later=Effort(6, 4, 8, 6, 3)),
+    "accurate": Recipe(
+        polar=24,
+        azimuths=12,
+        degree=10,
+        band=14,
+        first=Effort(12, 8, 14, 8, 4),
+        later=Effort(8, 6, 12, 6, 3),
+        orders=6,
+    ),
+}
