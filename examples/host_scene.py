@@ -22,7 +22,7 @@ camera = sa.Camera(
 )
 host = ctx.program(
     vertex_shader="#version 330 core\nin vec4 clip; void main() { gl_Position = clip; }",
-    fragment_shader="#version 330 core\nout vec4 color; void main() { color = vec4(0.02, 0.008, 0.004, 1.0); }",
+    fragment_shader="#version 330 core\nout vec4 color; void main() { color = vec4(0.04, 0.008, 0.004, 1.0); }",
 )
 right, up, forward = camera.basis()
 tan_x, tan_y = camera.tangents(SIZE)

@@ -18,6 +18,8 @@ from shadowatmo.passes.constants import (
 )
 from shadowatmo.passes.eclipse import eclipse_inputs, moon_discs
 from shadowatmo.passes.gl.textures import Target
+from shadowatmo.passes.multiple import multiple_uniforms
+from shadowatmo.passes.multiple_view import view_defines, view_uniforms
 from shadowatmo.passes.transmittance import table_samplers
 
 # by class: no air, one lit piece, one lit piece and a shadow, a shadow between two lit pieces
@@ -65,6 +67,10 @@ class AtmosphereComposite(RenderPass):
         method_defines, method_uniforms, method_samplers = (
             {**own, **more} for own, more in zip((method_defines, method_uniforms, method_samplers), moons, strict=True)
         )
+        if "multiple_view" in textures and view.quality.method == "segments":
+            method_defines = {**method_defines, **view_defines(view)}
+            method_uniforms = {**method_uniforms, **multiple_uniforms(view.scene.atmosphere), **view_uniforms(view, sun)}
+            method_samplers = {**method_samplers, "u_multiple_view": textures["multiple_view"]}
         if not first:
             self.ctx.enable(moderngl.BLEND)
             self.ctx.blend_func = moderngl.ONE, moderngl.ONE, moderngl.ZERO, moderngl.ONE

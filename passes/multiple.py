@@ -6,10 +6,12 @@ of every linear step come from the twin in float64.
 """
 
 import math
+from importlib.resources import files
 
 import numpy as np
 
 from shadowatmo import harmonics, multiple
+from shadowatmo.cache import TableCache
 from shadowatmo.multiple_recipes import RECIPES
 from shadowatmo.passes.base import RenderPass
 from shadowatmo.passes.constants import (
@@ -27,6 +29,13 @@ from shadowatmo.quadrature import cumulative_matrix
 from shadowatmo.quality import Quality
 
 OUTPUTS = ("multiple_table", "multiple_level", "ground_irradiance", "aureole_table")
+SHADERS = ("ray.glsl", "shadow.glsl", "medium.glsl", "phase.glsl", "transmittance.glsl", "segments.glsl") + tuple(
+    f"multiple{rest}"
+    for rest in (
+        ".glsl", "_path.glsl", "_field.glsl", "_gather.frag", "_fourier.frag", "_moments.frag", "_scale.frag",
+        "_level.frag", "_mix.frag", "_resolve.frag",
+    )
+)  # fmt: skip
 MEAN = 1.0 / math.sqrt(4.0 * math.pi)  # mean radiance of the zeroth harmonic
 BANDS = 4  # draws that a gather is cut into
 
@@ -103,6 +112,22 @@ class MultipleScattering(RenderPass):
         found = (self.table.color[0], self.level.color[0], self.ground.color[0], self._aureole)
         return dict(zip(OUTPUTS, found, strict=True))
 
+    def key(self, atmosphere) -> str:
+        """Return the name of the finished tables in a cache: of all that they depend on."""
+        sources = (files("shadowatmo.shaders").joinpath(name).read_text("utf-8") for name in SHADERS)
+        twins = (files("shadowatmo").joinpath(name).read_text("utf-8") for name in ("harmonics.py", "multiple.py"))
+        return TableCache.key(self.name, atmosphere, self.recipe, self.table.formats, *sources, *twins)
+
+    def arrays(self) -> dict:
+        """Return the finished tables, by the names of the outputs."""
+        return {name: texture_array(texture) for name, texture in self.textures.items()}
+
+    def restore(self, atmosphere, arrays) -> None:
+        """Take over tables that `arrays` returned."""
+        for name, target in zip(OUTPUTS, (self.table, self.level, self.ground), strict=False):
+            target.color[0].write(np.ascontiguousarray(arrays[name]).tobytes(), alignment=1)
+        self._replace_aureole(aureole_texture(self.ctx, arrays["aureole_table"]), atmosphere)
+
     def steps(self, atmosphere) -> list:
         """Return the solve as a list of (label, function without arguments), to be called in order."""
         solve = _Solve(self, atmosphere)
@@ -124,6 +149,21 @@ class MultipleScattering(RenderPass):
     def release(self):
         super().release()
         self._aureole, self._atmosphere = None, None
+
+
+def texture_array(texture) -> np.ndarray:
+    """Return a texture's contents (rows, columns, channels), row 0 at the bottom."""
+    kind = {"f2": np.float16, "f4": np.float32}[texture.dtype]
+    return np.frombuffer(texture.read(alignment=1), kind).reshape(*texture.size[::-1], texture.components)
+
+
+def aureole_texture(ctx, values):
+    """Upload the aureole's kernel (1, texels, 4)."""
+    data = np.ascontiguousarray(values, np.float32)
+    texture = ctx.texture((data.shape[1], 1), 4, data.tobytes(), dtype="f4")
+    texture.filter = (ctx.LINEAR, ctx.LINEAR)
+    texture.repeat_x = texture.repeat_y = False
+    return texture
 
 
 class _Gathering:
@@ -188,9 +228,9 @@ class _Solve:
         self.scaled = self.target((self.count - 1, self.rows))
         self.source = self.target((recipe.polar * (recipe.degree + 1), self.rows))
         cosine = 1.0 - 2.0 * np.linspace(0.0, 1.0, multiple.AUREOLE_TEXELS) ** 2
-        self.aureole = self.texture(harmonics.aureole_kernel(atmosphere.mie_g, recipe.degree, cosine)[None])
-        self.aureole.filter = (self.ctx.LINEAR, self.ctx.LINEAR)
-        self.aureole.repeat_x = self.aureole.repeat_y = False
+        kernel = harmonics.aureole_kernel(atmosphere.mie_g, recipe.degree, cosine)
+        self.aureole = aureole_texture(self.ctx, np.pad(kernel, ((0, 0), (0, 1)))[None])
+        self._resources.append(self.aureole)
 
     def gather(self, order, band):
         """Step 1: radiance of an order, one band of altitudes."""

@@ -2,8 +2,10 @@
 
 import numpy as np
 
+from shadowatmo.cache import TableCache
 from shadowatmo.camera import Camera
 from shadowatmo.errors import ParameterError, PassError
+from shadowatmo.multiple_recipes import RECIPES
 from shadowatmo.passes.atmosphere import AtmosphereComposite
 from shadowatmo.passes.atmosphere_back_depth import AtmosphereBackDepth
 from shadowatmo.passes.eclipse import Eclipse
@@ -11,11 +13,13 @@ from shadowatmo.passes.frame import Frame
 from shadowatmo.passes.gl.context import check_alive
 from shadowatmo.passes.gl.state import preserve_state
 from shadowatmo.passes.gl.textures import check_size
+from shadowatmo.passes.multiple import MultipleScattering
+from shadowatmo.passes.multiple_view import MultipleView
 from shadowatmo.passes.planet import Planet
 from shadowatmo.passes.planning import make_plan
 from shadowatmo.passes.shadow_back_depth import ShadowBackDepth
 from shadowatmo.passes.shadow_front_depth import ShadowFrontDepth
-from shadowatmo.passes.sky_irradiance import SkyIrradiance
+from shadowatmo.passes.tables import TableKeeper
 from shadowatmo.passes.tonemap import Tonemap
 from shadowatmo.passes.transmittance import TransmittanceTable
 from shadowatmo.passes.view import View
@@ -23,7 +27,7 @@ from shadowatmo.passes.widths import Widths, check_convention
 from shadowatmo.plan import Plan
 from shadowatmo.quality import as_quality
 from shadowatmo.scene import Scene
-from shadowatmo.validation import instance
+from shadowatmo.validation import instance, number
 
 
 class Renderer:
@@ -39,6 +43,13 @@ class Renderer:
         Width and height of the frames [pixels], from 1x1 to the driver's limit.
     quality : Quality or str
         Method and effort.
+    cache : bool or TableCache
+        Keep precomputed tables on disk: True for the user's cache folder, False for not at all.
+    progress : callable, optional
+        Called as progress(label, done, total) while a table is computed.
+    table_budget : float, optional
+        Seconds that one frame may spend on computing tables, > 0. Until a table is ready frames do without it, or with
+        the one for the air before. None: the first frame waits.
 
     Raises
     ------
@@ -46,8 +57,14 @@ class Renderer:
         If an argument is malformed. ContextError if the context is gone or has no memory for the frame.
     """
 
-    def __init__(self, ctx, scene, size=(1280, 720), quality="balanced"):
+    def __init__(
+        self, ctx, scene, size=(1280, 720), quality="balanced", *, cache=True, progress=None, table_budget=None
+    ):
         check_alive(ctx)
+        instance("cache", cache, (bool, TableCache), "True, False or a TableCache")
+        self._cache = TableCache() if cache is True else cache or None
+        self._progress = progress
+        self._table_budget = table_budget and number("table_budget", table_budget, low=0, open_low=True, high=1e6)
         self.ctx = ctx
         self.quality = as_quality(quality)
         self.size = check_size(ctx, size)
@@ -81,7 +98,8 @@ class Renderer:
         depth_format = "d32f" if self.quality.depth_bits == 32 else "d24"
         makers = {
             "transmittance": lambda: TransmittanceTable(self.ctx),
-            "sky_irradiance": lambda: SkyIrradiance(self.ctx),
+            "multiple": self._make_multiple,
+            "multiple_view": lambda: MultipleView(self.ctx, self.size),
             "eclipse": lambda: Eclipse(self.ctx),
             "shadow_back_depth": lambda: ShadowBackDepth(self.ctx, self.size, depth_format),
             "shadow_front_depth": lambda: ShadowFrontDepth(self.ctx, self.size, depth_format),
@@ -93,6 +111,12 @@ class Renderer:
         for step in self.plan.steps:
             if step.name not in self._passes:
                 self._passes[step.name] = makers[step.name]()
+
+    def _make_multiple(self):
+        def table():
+            return MultipleScattering(self.ctx, RECIPES[self.quality.multiple])
+
+        return TableKeeper(self.ctx, table, self._cache, self._progress, self._table_budget)
 
     @property
     def plan(self) -> Plan:
@@ -163,7 +187,7 @@ class Renderer:
     def _run(self, view, textures) -> dict:
         """Draw all passes of a view and return every texture by name."""
         composed = "host_depth" in textures
-        for name in ("transmittance", "sky_irradiance"):
+        for name in ("transmittance", "multiple"):
             if name in self._passes:
                 self._passes[name].draw(self.scene.atmosphere, textures)
         if "eclipse" in self._passes:
@@ -178,6 +202,8 @@ class Renderer:
             for name in ("shadow_back_depth", "shadow_front_depth", "widths"):
                 if name in self._passes:
                     self._passes[name].draw(view, textures, sun)
+            if "multiple_view" in self._passes and "multiple_table" in textures:
+                self._passes["multiple_view"].draw(view, textures, sun, RECIPES[self.quality.multiple])
             self._passes["atmosphere"].draw(view, textures, sun, first=number == 0)
         return textures
 

@@ -5,6 +5,7 @@ import math
 import moderngl
 import numpy as np
 
+from shadowatmo.multiple_recipes import RECIPES
 from shadowatmo.passes.base import RenderPass, depth_test
 from shadowatmo.passes.constants import (
     cone_uniforms,
@@ -17,7 +18,7 @@ from shadowatmo.passes.constants import (
 from shadowatmo.passes.eclipse import eclipse_inputs
 from shadowatmo.passes.gl.shader import bind_textures, build_program, set_uniforms
 from shadowatmo.passes.gl.textures import Target
-from shadowatmo.passes.sky_irradiance import irradiance_mapping
+from shadowatmo.passes.multiple import multiple_defines, multiple_samplers, multiple_uniforms
 from shadowatmo.passes.surface_maps import SurfaceMaps
 from shadowatmo.passes.transmittance import table_samplers
 from shadowatmo.quality import Quality
@@ -78,12 +79,15 @@ class Planet(RenderPass):
             "u_irradiance": sun.irradiance,
             "u_ground_albedo": scene.atmosphere.ground_albedo,
             "u_pixel_angle": view.pixel_angle,
-            **irradiance_mapping(scene.atmosphere),
         }
+        samplers = self.maps.textures()
+        if "multiple_table" in textures:
+            defines |= multiple_defines(RECIPES[view.quality.multiple])
+            uniforms |= multiple_uniforms(scene.atmosphere)
+            samplers |= multiple_samplers(textures)
         if "HAS_WATER" in defines:
             defines |= {"HAS_SHADOW": True, "HAS_TWO_PIECES": True, **segment_defines(MIRRORED_SKY, scene.atmosphere)}
             uniforms |= {**segment_uniforms(scene.atmosphere), **cone_uniforms("u_shadow", view.shadow_cone(sun))}
-        samplers = {**self.maps.textures(), "u_sky_irradiance": textures["sky_irradiance"]}
         moons = eclipse_inputs(view.scene, sun, textures)
         samplers |= table_samplers(uniforms, textures)
         return {**defines, **moons[0]}, {**uniforms, **moons[1]}, {**samplers, **moons[2]}

@@ -3,10 +3,11 @@
 from shadowatmo.passes.atmosphere import AtmosphereComposite
 from shadowatmo.passes.atmosphere_back_depth import AtmosphereBackDepth
 from shadowatmo.passes.eclipse import Eclipse, shading_occluders
+from shadowatmo.passes.multiple import MultipleScattering
+from shadowatmo.passes.multiple_view import MultipleView
 from shadowatmo.passes.planet import Planet
 from shadowatmo.passes.shadow_back_depth import ShadowBackDepth
 from shadowatmo.passes.shadow_front_depth import ShadowFrontDepth
-from shadowatmo.passes.sky_irradiance import SkyIrradiance
 from shadowatmo.passes.tonemap import Tonemap
 from shadowatmo.passes.transmittance import TransmittanceTable
 from shadowatmo.passes.widths import DEPTH_TEXTURES, Widths
@@ -26,8 +27,13 @@ def make_plan(scene, quality) -> Plan:
     table = quality.transmittance == "table" and quality.method == "segments"
     tabled = "columns come from a table (transmittance='table'), made once"
     add(table, TransmittanceTable, tabled, "columns have a closed form")
-    skylit = "the surface also reflects skylight; made once"
-    add(scene.surface is not None, SkyIrradiance, skylit, "there is no surface to light")
+    every = quality.orders == "all"
+    uses = [
+        *(["segments adds what is scattered more than once"] if quality.method == "segments" else []),
+        *(["the surface reflects skylight"] if scene.surface is not None else []),
+    ]
+    unused = "nothing needs it" if every else "single scattering alone was asked for (orders=1)"
+    add(every and uses, MultipleScattering, f"{' and '.join(uses)}; made once for the air", unused)
     moons = {sun: len(shading_occluders(scene, sun)) for sun in scene.suns}
     touched = f"the penumbrae of {max(moons.values())} occluders reach the air"
     untouched = "no occluder's penumbra reaches the air" if scene.occluders else "the scene has no occluders"
@@ -45,12 +51,15 @@ def make_plan(scene, quality) -> Plan:
     planet = ("planet_depth",) if any(step.name == "planet" for step in steps) else ()
     suns = f"{len(scene.suns)} suns, once for each" if len(scene.suns) > 1 else "one sun"
     add(True, Widths, f"cuts rays into lit and shadowed widths ({suns})", "", (*depths, *planet))
+    gathered = every and quality.method == "segments"
+    add(gathered, MultipleView, f"gathers multiple scattering for the camera in coarse cells ({suns})", unused)
     background = ("planet_color",) if planet else ()
+    nodes = nodes_for(scene.atmosphere, quality.nodes)
     how = {
-        "segments": f"single scattering by {nodes_for(scene.atmosphere, quality.nodes)} nodes a lit piece, columns from the "
+        "segments": f"single scattering by {nodes} nodes a lit piece, columns from the "
         + ("table" if quality.transmittance == "table" else f"closed form with {quality.terms} terms"),
         "widths": "brightness by widths, the published formula",
     }[quality.method]
-    add(True, AtmosphereComposite, f"{how} ({suns})", "", (*AtmosphereComposite.inputs, *background))
+    add(True, AtmosphereComposite, f"{how} ({suns})", "", (*AtmosphereComposite.inputs, *background, *MultipleView.outputs * gathered))
     left_out.append(Step(Tonemap.name, "runs when a picture is asked for; frames are scene-linear"))
     return Plan(tuple(steps), tuple(left_out))

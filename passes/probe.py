@@ -7,6 +7,7 @@ here (shadowatmo.ray, shadowatmo.shadow); from there on the shaders do in float3
 import numpy as np
 
 from shadowatmo import shadow
+from shadowatmo.multiple_recipes import RECIPES
 from shadowatmo.passes.constants import (
     air_uniforms,
     cone_uniforms,
@@ -17,13 +18,23 @@ from shadowatmo.passes.constants import (
     transmittance_defines,
 )
 from shadowatmo.passes.eclipse import Eclipse, eclipse_inputs
+from shadowatmo.passes.gl.context import context_store
 from shadowatmo.passes.gl.shader import Fullscreen, bind_textures, build_program, set_uniforms
 from shadowatmo.passes.gl.state import preserve_state
 from shadowatmo.passes.gl.textures import Target
+from shadowatmo.passes.multiple import (
+    MultipleScattering,
+    multiple_defines,
+    multiple_samplers,
+    multiple_uniforms,
+    path_defines,
+)
+from shadowatmo.passes.tables import TableKeeper
 from shadowatmo.passes.transmittance import TransmittanceTable, table_samplers
 from shadowatmo.quality import as_quality
 from shadowatmo.ray import ray_from_points
 from shadowatmo.rays import ProbeResult, Rays
+from shadowatmo.segments import nodes_for
 
 ENDS = np.array(["miss", "top", "ground", "t_max"])  # by the code that probe.frag writes
 COLUMNS = 1024  # rays side by side in the textures that carry them
@@ -64,6 +75,14 @@ def probe(ctx, scene, origins, directions, t_max=None, quality="accurate") -> Pr
         return _Probe(ctx, scene, rays, quality).run()
 
 
+def multiple_scattering(ctx, recipe) -> TableKeeper:
+    """Return the context's own keeper of the table of one recipe: probing twice in the same air computes it once."""
+    keepers = context_store(ctx).setdefault("probe_tables", {})
+    if recipe not in keepers:
+        keepers[recipe] = TableKeeper(ctx, lambda: MultipleScattering(ctx, RECIPES[recipe]))
+    return keepers[recipe]
+
+
 class _Probe:
     """One call of `probe`: the textures that carry its rays, and what was read back."""
 
@@ -93,19 +112,23 @@ class _Probe:
             for resource in (*self.textures, *([table] if table else [])):
                 resource.release()
         moons = np.stack(moons, axis=1) if moons else np.zeros((self.count, 0, 3))
+        scattered = [[r[i][:, :3] if len(r) > i else np.zeros((self.count, 3)) for i in range(5)] for r in radiometry]
         irradiance = [np.array(sun.irradiance) for sun in self.scene.suns]
         nowhere = np.where(self.hit, 0.0, np.nan)
-        black = np.zeros((self.count, 3))
+
+        def total(index):
+            return sum(s[index] * e for s, e in zip(scattered, irradiance, strict=True))
+
         return ProbeResult(
             t_in=self.ray.start + nowhere,
             t_out=self.ray.start + self.ray.air + nowhere,
             t_end=self.ray.start + end_distance + nowhere,
             end=ENDS[np.rint(ends[:, 3]).astype(int)],
             transmittance=first[0][:, :3].astype(np.float64),
-            single=sum(r[1][:, :3] * e for r, e in zip(radiometry, irradiance, strict=True)),
-            multiple=black,
-            ground_direct=sum(r[2][:, :3] * e for r, e in zip(radiometry, irradiance, strict=True)),
-            ground_multiple=black.copy(),
+            single=total(1),
+            multiple=total(3),
+            ground_direct=total(2),
+            ground_multiple=total(4),
             lit=end_distance - shadow_length,
             shadow=shadow_length,
             planet_umbra=planet[:, 0],
@@ -162,7 +185,15 @@ class _Probe:
         if moons[2]:
             textures |= moons[2]
             textures |= {"u_base": self._texture(*self.base.T), "u_direction": self._texture(*self.rays.directions.T)}
-        return self._draw("probe.frag", defines, uniforms, textures, 3)
+        if quality.orders == 1:
+            return self._draw("probe.frag", defines, uniforms, textures, 3)
+        recipe = RECIPES[quality.multiple]
+        multiple_scattering(self.ctx, quality.multiple).draw(atmosphere, self.tables)
+        counts = nodes_for(atmosphere, quality.nodes), quality.gap_nodes
+        defines |= {**multiple_defines(recipe), **path_defines(*counts), "HAS_AUREOLE": True}
+        uniforms |= multiple_uniforms(atmosphere)
+        textures |= multiple_samplers(self.tables)
+        return self._draw("probe.frag", defines, uniforms, textures, 5)
 
     def _lengths(self, end_distance, center, radius):
         """Return lengths (N, 3) [m] in umbra, antumbra and penumbra of a sphere in the light of sun 0."""

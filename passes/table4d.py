@@ -9,11 +9,14 @@ from shadowatmo.passes.constants import (
     transmittance_defines,
 )
 from shadowatmo.passes.gl.textures import Target
-from shadowatmo.passes.table_build import InscatterTable, TableEffort
+from shadowatmo.passes.table_build import USUAL, InscatterTable
 from shadowatmo.table4d import Table4DSize, lowest_sun, rational_sun
 from shadowatmo.validation import choice
 
 IRRADIANCE_SIZE = (64, 16)  # suns, altitudes
+PUBLISHED = Table4DSize()
+ORDERS = 4
+LAYOUT = "packed"  # of frames
 LAYOUTS = {
     "combined": ("inscatter",),
     "packed": ("inscatter", "inscatter_multiple"),
@@ -43,18 +46,20 @@ class Table4D(InscatterTable):
     """
 
     name = "table4d"
+    outputs = (*LAYOUTS[LAYOUT], "sky_irradiance_table")
     feature = {"HAS_TABLE4D": True}
     species = False
     single = "table4d_single.frag"
     irradiance_size = IRRADIANCE_SIZE
 
     def __init__(
-        self, ctx, dimensions=Table4DSize(), orders=4, layout="packed", effort=TableEffort(), table_format="rgba16f"
+        self, ctx, dimensions=PUBLISHED, orders=ORDERS, layout=LAYOUT, effort=USUAL, table_format="rgba16f"
     ):
         self.dimensions, self.layout = dimensions, choice("layout", layout, tuple(LAYOUTS))
         self.outputs = (*LAYOUTS[layout], "sky_irradiance_table")
         super().__init__(ctx, dimensions.texels, orders, effort, table_format)
-        self._stored = tuple(self.linear(self.own(Target(ctx, self.size, color=(table_format,)))) for _ in LAYOUTS[layout])
+        targets = [Target(ctx, self.size, color=(table_format,)) for _ in LAYOUTS[layout]]
+        self._stored = tuple(self.linear(self.own(target)) for target in targets)
 
     @property
     def stored(self):
@@ -111,6 +116,9 @@ def table4d_uniforms(atmosphere) -> dict:
     return {**air_uniforms(atmosphere), **medium_uniforms(atmosphere), "u_mie_g": atmosphere.mie_g, "u_sun_axis": axis}
 
 
-def table4d_samplers(textures) -> dict:
-    """Return the samplers of table4d.glsl."""
-    return {f"u_{name}": texture for name, texture in textures.items() if name.startswith("inscatter")}
+def table4d_method(view):
+    """Return defines, uniforms and the features of each class of pixels for the method "table4d"."""
+    atmosphere, quality = view.scene.atmosphere, view.quality
+    lit, shadowed = {"HAS_AIR": True}, {"HAS_AIR": True, "HAS_SHADOW": True}
+    defines = table4d_defines(atmosphere, quality, PUBLISHED, LAYOUT)
+    return defines, table4d_uniforms(atmosphere), ({}, lit, shadowed, shadowed)

@@ -7,10 +7,12 @@ four fetches a direction; the directions are Gauss nodes split at the horizon, n
 """
 
 from dataclasses import dataclass
+from importlib.resources import files
 
 import moderngl
 import numpy as np
 
+from shadowatmo.cache import TableCache
 from shadowatmo.harmonics import band_coefficients
 from shadowatmo.passes.base import RenderPass
 from shadowatmo.passes.constants import (
@@ -28,6 +30,12 @@ from shadowatmo.validation import choice, integer
 
 STEP_TEXELS = 1 << 16  # of a table, in one draw
 FORMATS = ("rgba16f", "rgba32f")
+SHADERS = (  # whose text the finished tables depend on, besides the entry shader of the first order
+    *(f"table_{name}.frag" for name in ("add", "density", "irradiance", "order", "radiance", "store")),
+    *(f"table_{name}.glsl" for name in ("directions", "path", "shadow", "sky", "source")),
+    *("table3d_mapping.glsl", "table4d_mapping.glsl", "segments.glsl", "shadow.glsl", "transmittance.glsl"),
+    *("medium.glsl", "phase.glsl", "ray.glsl"),
+)
 
 
 @dataclass(frozen=True)
@@ -64,11 +72,14 @@ class TableEffort:
             integer(name, getattr(self, name), low=2, high=64)
 
 
+USUAL = TableEffort()
+
+
 class InscatterTable(RenderPass):
     """A table of inscatter and the irradiance of the ground by the sky, made anew when the air changes.
 
-    Subclasses set `outputs`, `feature`, `species` (whether molecules and aerosols stay apart in every order), `single`
-    (the entry shader of the first order), and implement `sizes`, `mapping` and `finish`.
+    Subclasses set `outputs`, `dimensions`, `feature`, `species` (whether molecules and aerosols stay apart in every
+    order), `single` (the entry shader of the first order), and implement `sizes`, `mapping` and `finish`.
 
     Parameters
     ----------
@@ -130,6 +141,26 @@ class InscatterTable(RenderPass):
         """The outputs by name, once the steps have run."""
         found = [texture for target in self.stored for texture in target.color]
         return dict(zip(self.outputs, [*found, self.irradiance.color[0]], strict=True))
+
+    def key(self, atmosphere) -> str:
+        """Return the name of the finished tables in a cache: of all that they depend on."""
+        sources = (files("shadowatmo.shaders").joinpath(name).read_text("utf-8") for name in (*SHADERS, self.single))
+        options = self.dimensions, self.orders, self.outputs, self.effort, self.table_format
+        return TableCache.key(self.name, atmosphere, *options, *sources)
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Return the finished tables by the names of the outputs: rows, columns, channels."""
+        arrays = {}
+        for name, texture in self.textures.items():
+            width, height = texture.size
+            arrays[name] = np.frombuffer(texture.read(alignment=1), texture.dtype).reshape(height, width, 4)
+        return arrays
+
+    def restore(self, atmosphere, arrays) -> None:
+        """Take over tables that `arrays` returned, of a table of the same key."""
+        for name, texture in self.textures.items():
+            texture.write(np.ascontiguousarray(arrays[name]).tobytes(), alignment=1)
+        self._atmosphere = atmosphere
 
     def draw(self, atmosphere, textures):
         if atmosphere != self._atmosphere:
@@ -231,11 +262,13 @@ class Build:
         def before():
             sources = self.sources(order - 1)
             if not first and bounce:
-                sources["u_irradiance"] = self.sky.color[0]
+                sources["u_sky_irradiance_table"] = self.sky.color[0]
             return sources
 
         radiance = {**gather, **first, **bounce, **(apart if not first else {})}
-        steps = self.banded(label, "table_radiance.frag", radiance, {**uniforms, **albedo}, before, lambda: self.radiance)
+        steps = self.banded(
+            label, "table_radiance.frag", radiance, {**uniforms, **albedo}, before, lambda: self.radiance
+        )
         steps += self.skylight(order - 1)  # only now: the radiance took the ground's light of the order before
         steps += self.banded(
             label, "table_density.frag", {**gather, **apart}, uniforms,
@@ -301,3 +334,8 @@ class Build:
 
         bands = max(1, min(-(-self.owner.size[0] * self.owner.size[1] // STEP_TEXELS), self.owner.size[1]))
         return [(label, lambda b=band: run(b, bands)) for band in range(bands)]
+
+
+def inscatter_samplers(textures) -> dict:
+    """Return the samplers of table3d.glsl or table4d.glsl where there is a table."""
+    return {f"u_{name}": texture for name, texture in textures.items() if name.startswith("inscatter")}

@@ -9,6 +9,10 @@
 #ifdef HAS_WIDTHS
 #include "path_widths.glsl"
 #endif
+#ifdef HAS_MULTIPLE_VIEW
+#include "multiple.glsl"
+#include "multiple_view.glsl"
+#endif
 #endif
 #ifdef HAS_SUN_DISC
 #include "sun_disc.glsl"
@@ -54,7 +58,19 @@ void main() {
   eclipse_base = u_camera_position + ray.start * pixel.direction;
   eclipse_direction = pixel.direction;
 #endif
-  Scattered air = scatter(ray, sun, dot(across, across), texelFetch(u_cuts, texel, 0));
+  vec4 cuts = texelFetch(u_cuts, texel, 0);
+  Scattered air = scatter(ray, sun, dot(across, across), cuts);
+#ifdef HAS_MULTIPLE_VIEW
+#ifdef HAS_HIGH_CAMERA
+  vec3 multiple = multiple_inscatter(ray, pixel.direction, cuts.w, air.transmittance);
+#else
+  vec3 multiple = multiple_inscatter(gl_FragCoord.xy, cuts.w, air.transmittance);
+#endif
+#ifdef HAS_ECLIPSE
+  multiple *= diffuse_visibility(air.visibility);
+#endif
+  air.radiance += multiple;
+#endif
   out_color = vec4(air.transmittance * background + u_irradiance * air.radiance, 1.0 - dot(air.transmittance, vec3(1.0 / 3.0)));
 #else
   out_color = vec4(background, 0.0);

@@ -4,6 +4,9 @@
 #include "segments.glsl"
 #include "phase.glsl"
 #include "shadow.glsl"
+#ifdef HAS_MULTIPLE
+#include "multiple_path.glsl"
+#endif
 
 uniform sampler2D u_ray;      // x, k, tangent_k, air
 uniform sampler2D u_axis;     // z, dz, across, drift
@@ -18,6 +21,10 @@ uniform sampler2D u_direction;
 layout(location = 0) out vec4 out_transmittance;  // a: t_end from the base point
 layout(location = 1) out vec4 out_single;         // a: 0 miss, 1 top, 2 ground, 3 t_max
 layout(location = 2) out vec4 out_ground;         // a: length in the planet's shadow
+#ifdef HAS_MULTIPLE
+layout(location = 3) out vec4 out_multiple;
+layout(location = 4) out vec4 out_ground_multiple;
+#endif
 
 void main() {
   ivec2 texel = ivec2(gl_FragCoord.xy);
@@ -29,6 +36,10 @@ void main() {
   out_transmittance = vec4(1.0, 1.0, 1.0, 0.0);
   out_single = vec4(0.0);
   out_ground = vec4(0.0);
+#ifdef HAS_MULTIPLE
+  out_multiple = vec4(0.0);
+  out_ground_multiple = vec4(0.0);
+#endif
   if (ray.air < 0.0) return;
 
   float end = ray.air;
@@ -66,4 +77,12 @@ void main() {
   direct *= visibility_along(end);
 #endif
   out_ground = vec4(code == 2.0 ? transmittance * direct : vec3(0.0), to - from);
+#ifdef HAS_MULTIPLE
+  out_multiple.rgb = gather(ray, sun, vec4(0.0, from, to, end), aureole_kernel(sun.y)).radiance;
+  if (code == 2.0) out_ground_multiple.rgb = transmittance * u_ground_albedo / PI * ground_irradiance(height / u_bottom_radius);
+#ifdef HAS_ECLIPSE
+  out_multiple.rgb *= diffuse_visibility(mean_visibility(sum.light));
+  out_ground_multiple.rgb *= diffuse_visibility(visibility_along(end));
+#endif
+#endif
 }

@@ -63,9 +63,21 @@ struct Inscatter {
   vec3 rayleigh;  // m, integral of density x transmittance to the eye x transmittance to the sun
   vec3 mie;
   vec3 columns;  // m, of the air between the base point and where the next piece begins
+#ifdef HAS_ECLIPSE
+  vec2 light;  // m, of green light that the moons leave, and of all
+#endif
 };
 
-Inscatter no_inscatter() { return Inscatter(vec3(0.0), vec3(0.0), vec3(0.0)); }
+Inscatter no_inscatter() {
+  Inscatter sum;
+  sum.rayleigh = vec3(0.0);
+  sum.mie = vec3(0.0);
+  sum.columns = vec3(0.0);
+#ifdef HAS_ECLIPSE
+  sum.light = vec2(0.0);
+#endif
+  return sum;
+}
 
 // Columns of a piece that sends no light of its own.
 void pass_gap(Ray ray, float near, float far, inout Inscatter sum) {
@@ -100,7 +112,9 @@ void add_lit(Ray ray, vec2 sun, float near, float far, inout Inscatter sum) {
 #endif
     vec3 light = WEIGHTS[i] * exp(-optical_depth(columns));
 #ifdef HAS_ECLIPSE
-    light *= visibility_along(t[i]);
+    float visible = visibility_along(t[i]);
+    sum.light += vec2(visible, 1.0) * light.y * (steps[i].x + steps[i].y);
+    light *= visible;
 #endif
     sum.rayleigh += light * steps[i].x;
     sum.mie += light * steps[i].y;
@@ -124,7 +138,14 @@ vec3 apply_phases(Inscatter sum, float nu, float across) {
 struct Scattered {
   vec3 transmittance;
   vec3 radiance;  // 1/sr, per unit irradiance
+#ifdef HAS_ECLIPSE
+  float visibility;  // of the sun from where the light comes from
+#endif
 };
+
+#ifdef HAS_ECLIPSE
+float mean_visibility(vec2 light) { return light.y > 0.0 ? light.x / light.y : 1.0; }
+#endif
 
 // The whole path of a ray. cuts [m]: near end, where the shadow begins and ends, far end.
 Scattered scatter(Ray ray, vec2 sun, float across, vec4 cuts) {
@@ -147,5 +168,11 @@ Scattered scatter(Ray ray, vec2 sun, float across, vec4 cuts) {
   add_lit(ray, sun, cuts.x, cuts.w, sum);
 #endif
   finish_columns(ray, cuts.w, sum);
-  return Scattered(exp(-optical_depth(sum.columns)), apply_phases(sum, sun.y, across));
+  Scattered air;
+  air.transmittance = exp(-optical_depth(sum.columns));
+  air.radiance = apply_phases(sum, sun.y, across);
+#ifdef HAS_ECLIPSE
+  air.visibility = mean_visibility(sum.light);
+#endif
+  return air;
 }

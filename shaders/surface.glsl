@@ -3,7 +3,9 @@
 #include "transmittance.glsl"
 #include "phase.glsl"
 #include "camera.glsl"
-#include "sky_irradiance.glsl"
+#ifdef HAS_MULTIPLE
+#include "multiple.glsl"
+#endif
 #ifdef HAS_ECLIPSE
 #include "eclipse.glsl"
 #endif
@@ -21,7 +23,6 @@ uniform sampler2D u_color_map;
 #ifdef HAS_RELIEF
 uniform sampler2D u_relief_map;  // slope to the east, slope to the north, altitude [m]
 #endif
-uniform sampler2D u_sky_irradiance;
 uniform float u_pixel_angle;  // rad, of a pixel in the middle of the frame
 
 // Equirectangular coordinates of a point by its unit direction: 180 W at u = 0, the north pole at v = 1.
@@ -107,13 +108,14 @@ vec3 ground_radiance(vec3 up, float altitude, vec3 to_eye, float distance) {
   sunlight *= visible;
 #endif
   vec3 light = sunlight * max(dot(normal, sun), 0.0);
+#ifdef HAS_MULTIPLE
   // A slope sees the part of the sky above it; its light is taken as even over the sky.
-  vec3 sky = texture(u_sky_irradiance, vec2(irradiance_coordinate(dot(up, sun)), 0.5)).rgb;
+  vec3 sky = ground_irradiance(dot(up, sun));
 #ifdef HAS_ECLIPSE
-  // Skylight fades with the sun, and in totality a thousandth comes in from the penumbra: the order of it, no more.
-  sky *= (visible + 0.001) / 1.001;
+  sky *= diffuse_visibility(visible);
 #endif
   light += 0.5 * (1.0 + dot(normal, up)) * sky;
+#endif
   vec3 radiance = albedo / PI * light;
 #ifdef HAS_WATER
   float sea = 1.0 - smoothstep(0.0, SEA_SHORE, relief.z);

@@ -51,7 +51,7 @@ Scattered scatter(Ray ray, vec2 sun, float across, vec4 cuts) {
 #else
   add_piece(ray, sun, start, cuts.x, cuts.w, sum);
 #endif
-#ifdef HAS_TABLE3D_MULTIPLE
+#ifdef HAS_AD_HOC_PHASE
   float molecules = ad_hoc_phase(sun.y);
 #else
   float molecules = rayleigh_phase(sun.y);

@@ -1,6 +1,6 @@
 // The three axes of the tables without azimuth: height, view zenith and sun zenith. Twin: shadowatmo/table3d.py.
 //
-// Schafhitzel, Falk, Ertl 2007 rescale the three linearly. Elek 2009 (HAS_TABLE3D_MULTIPLE) takes the square root of
+// Schafhitzel, Falk, Ertl 2007 rescale the three linearly. Elek 2009 (HAS_CURVED_MAPPING) takes the square root of
 // k for the height and an exponential for the sun. Neither splits the view at the horizon, so its light mixes across.
 // The table is an atlas of slices of equal height, INSCATTER_COLUMNS side by side, inside a slice sun across and view
 // up: a trilinear lookup is two bilinear fetches.
@@ -27,21 +27,23 @@ struct TableCell {
   float part;
 };
 
-#ifdef HAS_TABLE3D_MULTIPLE
+#ifdef HAS_CURVED_MAPPING
 const float SUN_SCALE = 0.97267627755;  // 1 - exp(-3.6)
 
 float altitude_axis(float k) { return sqrt(clamp(k / u_top_k, 0.0, 1.0)); }
 float altitude_axis_k(float unit) { return unit * unit * u_top_k; }
 float sun_axis(float mu_s) { return clamp((1.0 - exp(-2.8 * mu_s - 0.8)) / SUN_SCALE, 0.0, 1.0); }
 float sun_of_axis(float unit) { return clamp((-log(1.0 - SUN_SCALE * unit) - 0.8) / 2.8, -1.0, 1.0); }
-
-// Elek's phase of molecules for the sum of all orders, eq. 15, per steradian; its mean is 1.12 of isotropic.
-float ad_hoc_phase(float nu) { return (1.12 + 0.4 * nu) / 12.566370614; }
 #else
 float altitude_axis(float k) { return clamp(altitude_of(k) / u_thickness, 0.0, 1.0); }
 float altitude_axis_k(float unit) { return unit * u_thickness * (2.0 * u_bottom_radius + unit * u_thickness); }
 float sun_axis(float mu_s) { return clamp(0.5 + 0.5 * mu_s, 0.0, 1.0); }
 float sun_of_axis(float unit) { return 2.0 * unit - 1.0; }
+#endif
+
+#ifdef HAS_AD_HOC_PHASE
+// Elek's phase of molecules for the sum of all orders, eq. 15, per steradian; its mean is 1.12 of isotropic.
+float ad_hoc_phase(float nu) { return (1.12 + 0.4 * nu) / 12.566370614; }
 #endif
 
 // Places 0..1 along height, view and sun of a point on a path.

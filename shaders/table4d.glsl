@@ -3,9 +3,12 @@
 #include "phase.glsl"
 #include "table_path.glsl"
 
-uniform sampler2D u_inscatter;  // rgb: molecules, before the phase function; packed: higher orders in them, a: aerosols in red
+// Molecules, before the phase function. HAS_PACKED: a = aerosols in red. HAS_COMBINED: higher orders are in them too.
+uniform sampler2D u_inscatter;
 #ifndef HAS_PACKED
 uniform sampler2D u_inscatter_mie;
+#endif
+#ifndef HAS_COMBINED
 uniform sampler2D u_inscatter_multiple;  // orders from the second on, as radiance
 #endif
 
@@ -27,9 +30,13 @@ Inscatter inscatter_from(Ray ray, vec2 sun, float t) {
   // Aerosols light up where molecules do: their color is that of the molecules over the molecules' coefficients.
   vec3 ratio = u_mie_scattering / max(u_rayleigh_scattering, 1.0e-12);
   vec3 mie = stored.rgb * (stored.a / max(stored.r, 1.0e-9)) * ratio / max(ratio.r, 1.0e-12);
+#else
+  vec3 mie = inscatter_fetch(u_inscatter_mie, cell).rgb;
+#endif
+#ifdef HAS_COMBINED
   return Inscatter(stored.rgb, mie, vec3(0.0));
 #else
-  return Inscatter(stored.rgb, inscatter_fetch(u_inscatter_mie, cell).rgb, inscatter_fetch(u_inscatter_multiple, cell).rgb);
+  return Inscatter(stored.rgb, mie, inscatter_fetch(u_inscatter_multiple, cell).rgb);
 #endif
 }
 
@@ -49,14 +56,18 @@ vec3 apply_phases(Inscatter sum, float nu, float across) {
 Scattered scatter(Ray ray, vec2 sun, float across, vec4 cuts) {
   vec3 near = columns_beyond(ray, cuts.x);
   vec3 clear = clearness(near, columns_beyond(ray, cuts.w));
-  Inscatter whole = inscatter_piece(inscatter_from(ray, sun, cuts.x), clear, inscatter_from(ray, sun, cuts.w));
-#ifdef HAS_PIECES
-  // the lit pieces are what is left of the path without its dark part
-  vec3 to_dark = clearness(near, columns_beyond(ray, cuts.y));
-  vec3 to_light = clearness(near, columns_beyond(ray, cuts.z));
-  Inscatter dark = inscatter_piece(inscatter_from(ray, sun, cuts.y), to_light / max(to_dark, 1.0e-12), inscatter_from(ray, sun, cuts.z));
-  whole.rayleigh = max(whole.rayleigh - to_dark * dark.rayleigh, 0.0);
-  whole.mie = max(whole.mie - to_dark * dark.mie, 0.0);
+  Inscatter sum = inscatter_piece(inscatter_from(ray, sun, cuts.x), clear, inscatter_from(ray, sun, cuts.w));
+#ifdef HAS_SHADOW
+#ifndef HAS_COMBINED
+  // The lit pieces are the path without its dark part, where the table's cells mix light across the shadow's edge. Light
+  // scattered more than once is in the dark part too, and stays where a texture of its own holds it.
+  vec3 to_dark = columns_beyond(ray, cuts.y);
+  vec3 to_light = columns_beyond(ray, cuts.z);
+  Inscatter dark = inscatter_piece(inscatter_from(ray, sun, cuts.y), clearness(to_dark, to_light), inscatter_from(ray, sun, cuts.z));
+  vec3 before = clearness(near, to_dark);
+  sum.rayleigh = max(sum.rayleigh - before * dark.rayleigh, 0.0);
+  sum.mie = max(sum.mie - before * dark.mie, 0.0);
 #endif
-  return Scattered(clear, apply_phases(whole, sun.y, across));
+#endif
+  return Scattered(clear, apply_phases(sum, sun.y, across));
 }

@@ -45,8 +45,9 @@ void main() {
     rayleigh += direction.y * ring_rayleigh;
     mie += direction.y * ring_mie;
   }
-  rayleigh *= 3.0 / (16.0 * PI);
-  mie *= 0.5;
+  // a phase function of few degrees dips below zero where there is next to no light
+  rayleigh = max(3.0 / (16.0 * PI) * rayleigh, 0.0);
+  mie = max(0.5 * mie, 0.0);
 #ifdef HAS_SPECIES
   out_rayleigh = vec4(rayleigh, 1.0);
   out_mie = vec4(mie, 1.0);

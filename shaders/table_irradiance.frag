@@ -22,7 +22,7 @@ void main() {
       float nu = mu * mu_s + safe_sqrt((1.0 - mu * mu) * (1.0 - mu_s * mu_s)) * COSINES[j];
       TableCell cell = inscatter_at(k, r * mu, vec2(r * mu_s, nu), k - r * mu * r * mu, false);
 #ifdef HAS_FIRST_ORDER
-#ifdef HAS_TABLE3D_MULTIPLE
+#ifdef HAS_AD_HOC_PHASE
       float molecules = ad_hoc_phase(nu);
 #else
       float molecules = rayleigh_phase(nu);

@@ -7,13 +7,7 @@
 #ifdef HAS_GROUND
 uniform vec3 u_ground_albedo;
 #ifndef HAS_FIRST_ORDER
-uniform sampler2D u_irradiance;
-
-// Irradiance of the ground by the order before, over the sun's height.
-vec3 ground_irradiance(float mu_s) {
-  vec2 size = vec2(textureSize(u_irradiance, 0));
-  return texture(u_irradiance, vec2(0.5 + sun_axis(mu_s) * (size.x - 1.0), 0.5) / size).rgb;
-}
+#include "table_sky.glsl"
 #endif
 #endif
 
@@ -46,7 +40,7 @@ void main() {
   float lit = max(ground_sun, 0.0);
   vec3 irradiance = lit * transmittance_to_top(0.0, lit * u_bottom_radius);
 #else
-  vec3 irradiance = ground_irradiance(ground_sun);
+  vec3 irradiance = table_sky_irradiance(ground_sun);  // by the order before
 #endif
   vec3 clear = clearness(columns_beyond(ray, 0.0), columns_beyond(ray, distance));
   radiance += ground ? clear * u_ground_albedo / PI * irradiance : vec3(0.0);

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from shadowatmo.errors import ParameterError
+from shadowatmo.multiple_recipes import RECIPES
 from shadowatmo.validation import choice, integer
 
 METHODS = ("segments", "widths")
@@ -35,8 +36,10 @@ class Quality:
         proxies.
     shadow : str
         Shape of the planet's shadow in the frame: "cylinder" for the parallel sun, "cone" for the true umbra.
-    orders : int
-        Orders of scattering; 1 is single scattering.
+    orders : int or str
+        1: single scattering alone; "all": light scattered more than once too, with the ground's reflections.
+    multiple : str
+        Resolution of the table of multiple scattering, "balanced" or "accurate" (multiple_recipes.RECIPES).
     """
 
     method: str = "segments"
@@ -47,7 +50,8 @@ class Quality:
     depth: str = "textures"
     depth_bits: int = 32
     shadow: str = "cylinder"
-    orders: int = 1
+    orders: int | str = "all"
+    multiple: str = "balanced"
 
     def __post_init__(self):
         choice("method", self.method, METHODS)
@@ -58,13 +62,14 @@ class Quality:
         choice("depth", self.depth, DEPTHS)
         choice("depth_bits", self.depth_bits, (24, 32))
         choice("shadow", self.shadow, ("cylinder", "cone"))
-        choice("orders", self.orders, (1,))
+        choice("orders", self.orders, (1, "all"))
+        choice("multiple", self.multiple, tuple(RECIPES))
 
 
 NAMED = {
     "fast": Quality(nodes=6, depth="analytic"),
     "balanced": Quality(),
-    "accurate": Quality(nodes=20, gap_nodes=10, terms=6),
+    "accurate": Quality(nodes=20, gap_nodes=10, terms=6, multiple="accurate"),
 }
 
 

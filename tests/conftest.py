@@ -78,3 +78,15 @@ def glsl(ctx, tmp_path, monkeypatch):
     runner = GlslRunner(ctx, tmp_path)
     monkeypatch.setenv("SHADOWATMO_SHADER_DIR", str(runner.folder))
     return runner
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _own_cache(tmp_path_factory):
+    """Tables are kept in a folder of this run: no test sees what an earlier one left."""
+    before = os.environ.get("SHADOWATMO_CACHE_DIR")
+    os.environ["SHADOWATMO_CACHE_DIR"] = str(tmp_path_factory.mktemp("cache"))
+    yield
+    if before is None:
+        del os.environ["SHADOWATMO_CACHE_DIR"]
+    else:
+        os.environ["SHADOWATMO_CACHE_DIR"] = before

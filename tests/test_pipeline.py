@@ -9,18 +9,20 @@ import shadowatmo as sa
 from shadowatmo import reference
 from shadowatmo.depth import DepthConvention
 from shadowatmo.passes.gl.state import preserve_state
+from shadowatmo.quality import as_quality
 from tests.cameras import CAMERAS, SUN, level
 from tests.gl_state import HostObjects, difference, snapshot
 
 SIZE = (61, 35)
 CAMERA = CAMERAS["400 km, day"]
+SINGLE = dataclasses.replace(as_quality("accurate"), orders=1)
 EARTH = sa.Scene(suns=SUN, surface=sa.Surface.earth(), sun_disc=True)
 
 
 @pytest.mark.parametrize("name", CAMERAS)
 def test_pixels_hold_what_the_twin_says(ctx, name):
     camera, scene = CAMERAS[name], sa.Scene(suns=SUN)
-    with sa.Renderer(ctx, scene, SIZE, "accurate") as renderer:
+    with sa.Renderer(ctx, scene, SIZE, SINGLE) as renderer:
         pixels = renderer.render(camera).numpy().reshape(-1, 3)
     rays = camera.pixel_rays(SIZE).reshape(-1, 3)
     truth = reference.probe(scene, np.broadcast_to(camera.position, rays.shape), rays).single
@@ -171,7 +173,7 @@ def test_compose_dims_and_veils(ctx):
     rays = camera.pixel_rays(SIZE).reshape(-1, 3)
     scene = sa.Scene(suns=SUN)
     truth = reference.probe(scene, np.broadcast_to(camera.position, rays.shape), rays, t_max=2e4)
-    with sa.Renderer(ctx, scene, SIZE, "accurate") as renderer:
+    with sa.Renderer(ctx, scene, SIZE, SINGLE) as renderer:
         target = ctx.simple_framebuffer(SIZE, 4, dtype="f4")
         frame = renderer.compose(color, depth, camera, target=target)
         composed = frame.numpy().reshape(-1, 3)
@@ -256,13 +258,14 @@ def test_a_texture_left_bound_does_no_harm_on_closing(ctx):
 
 
 def test_plan_says_what_runs_and_why(ctx):
-    with sa.Renderer(ctx, sa.Scene(), SIZE, "fast") as renderer:
+    with sa.Renderer(ctx, sa.Scene(), SIZE, sa.Quality(depth="analytic", orders=1)) as renderer:
         plan = renderer.plan
         assert [s.name for s in plan.steps] == ["widths", "atmosphere"]
         assert "planet" in str(plan) and "left out" in str(plan)
         assert set(plan.steps[0].inputs) == set()
     with sa.Renderer(ctx, EARTH, SIZE) as renderer:
         names = [s.name for s in renderer.plan.steps]
+        assert {"multiple", "multiple_view"} <= set(names)
         five = ["shadow_back_depth", "shadow_front_depth", "planet", "atmosphere_back_depth", "widths", "atmosphere"]
         assert [n for n in names if n in five] == five
         assert not renderer.plan.check_inputs(())
