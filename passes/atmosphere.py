@@ -20,6 +20,10 @@ from shadowatmo.passes.eclipse import eclipse_inputs, moon_discs
 from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.multiple import multiple_uniforms
 from shadowatmo.passes.multiple_view import view_defines, view_uniforms
+from shadowatmo.passes.table3d import table3d_method
+from shadowatmo.passes.table4d import table4d_method
+from shadowatmo.passes.table_build import inscatter_samplers
+from shadowatmo.passes.table_probe import TABLE_METHODS
 from shadowatmo.passes.transmittance import table_samplers
 
 # by class: no air, one lit piece, one lit piece and a shadow, a shadow between two lit pieces
@@ -59,9 +63,14 @@ class AtmosphereComposite(RenderPass):
             if view.scene.occluders:
                 defines |= {"HAS_MOONS": True, "MOONS": len(view.scene.occluders)}
                 uniforms["u_moons"] = moon_discs(view)
-        method_defines, method_uniforms, class_features = METHODS[view.quality.method](view)
+        method = view.quality.method
+        if method in TABLE_METHODS and "inscatter" not in textures:
+            method = "segments"  # until the table is ready
+        method_defines, method_uniforms, class_features = METHODS[method](view)
         method_samplers = table_samplers(method_uniforms, textures)
-        moons = eclipse_inputs(view.scene, sun, textures) if view.quality.method != "widths" else ({}, {}, {})
+        if method in TABLE_METHODS:
+            method_samplers |= inscatter_samplers(textures)
+        moons = eclipse_inputs(view.scene, sun, textures) if method == "segments" else ({}, {}, {})
         if moons[0]:
             method_uniforms |= {"u_camera_position": view.position}
         method_defines, method_uniforms, method_samplers = (
@@ -121,4 +130,10 @@ def widths_method(view):
     return {"HAS_WIDTHS": True}, uniforms, ({}, *[{"HAS_AIR": True}] * (len(CLASS_FEATURES) - 1))
 
 
-METHODS = {"segments": segments_method, "widths": widths_method}
+METHODS = {
+    "segments": segments_method,
+    "table3d": table3d_method,
+    "table3d-multiple": table3d_method,
+    "table4d": table4d_method,
+    "widths": widths_method,
+}

@@ -19,6 +19,7 @@ from shadowatmo.passes.planet import Planet
 from shadowatmo.passes.planning import make_plan
 from shadowatmo.passes.shadow_back_depth import ShadowBackDepth
 from shadowatmo.passes.shadow_front_depth import ShadowFrontDepth
+from shadowatmo.passes.table_probe import make_table, method_orders
 from shadowatmo.passes.tables import TableKeeper
 from shadowatmo.passes.tonemap import Tonemap
 from shadowatmo.passes.transmittance import TransmittanceTable
@@ -98,6 +99,8 @@ class Renderer:
         depth_format = "d32f" if self.quality.depth_bits == 32 else "d24"
         makers = {
             "transmittance": lambda: TransmittanceTable(self.ctx),
+            "table3d": self._make_inscatter,
+            "table4d": self._make_inscatter,
             "multiple": self._make_multiple,
             "multiple_view": lambda: MultipleView(self.ctx, self.size),
             "eclipse": lambda: Eclipse(self.ctx),
@@ -115,6 +118,14 @@ class Renderer:
     def _make_multiple(self):
         def table():
             return MultipleScattering(self.ctx, RECIPES[self.quality.multiple])
+
+        return TableKeeper(self.ctx, table, self._cache, self._progress, self._table_budget)
+
+    def _make_inscatter(self):
+        method, orders = self.quality.method, method_orders(self.quality)
+
+        def table():
+            return make_table(self.ctx, method, orders)
 
         return TableKeeper(self.ctx, table, self._cache, self._progress, self._table_budget)
 
@@ -187,7 +198,7 @@ class Renderer:
     def _run(self, view, textures) -> dict:
         """Draw all passes of a view and return every texture by name."""
         composed = "host_depth" in textures
-        for name in ("transmittance", "multiple"):
+        for name in ("transmittance", "table3d", "table4d", "multiple"):
             if name in self._passes:
                 self._passes[name].draw(self.scene.atmosphere, textures)
         if "eclipse" in self._passes:

@@ -8,6 +8,9 @@ from shadowatmo.passes.multiple_view import MultipleView
 from shadowatmo.passes.planet import Planet
 from shadowatmo.passes.shadow_back_depth import ShadowBackDepth
 from shadowatmo.passes.shadow_front_depth import ShadowFrontDepth
+from shadowatmo.passes.table3d import METHOD_TABLES, Table3D
+from shadowatmo.passes.table4d import Table4D
+from shadowatmo.passes.table_probe import method_orders
 from shadowatmo.passes.tonemap import Tonemap
 from shadowatmo.passes.transmittance import TransmittanceTable
 from shadowatmo.passes.widths import DEPTH_TEXTURES, Widths
@@ -24,7 +27,7 @@ def make_plan(scene, quality) -> Plan:
         why, reads = reason if wanted else otherwise, inputs or render_pass.inputs
         (steps if wanted else left_out).append(Step(render_pass.name, why, reads, render_pass.outputs))
 
-    table = quality.transmittance == "table" and quality.method == "segments"
+    table = quality.transmittance == "table" and quality.method != "widths"
     tabled = "columns come from a table (transmittance='table'), made once"
     add(table, TransmittanceTable, tabled, "columns have a closed form")
     every = quality.orders == "all"
@@ -34,6 +37,13 @@ def make_plan(scene, quality) -> Plan:
     ]
     unused = "nothing needs it" if every else "single scattering alone was asked for (orders=1)"
     add(every and uses, MultipleScattering, f"{' and '.join(uses)}; made once for the air", unused)
+    if quality.method in METHOD_TABLES:
+        size, summed = METHOD_TABLES[quality.method][0], method_orders(quality)
+        axes = f"{size.heights} x {size.views} x {size.suns} heights, views and suns"
+        add(True, Table3D, f"inscatter over {axes}, orders 1 to {summed}; made once for the air", "")
+    if quality.method == "table4d":
+        summed = method_orders(quality)
+        add(True, Table4D, f"inscatter over r, mu, mu_s and nu, orders 1 to {summed}; made once for the air", "")
     moons = {sun: len(shading_occluders(scene, sun)) for sun in scene.suns}
     touched = f"the penumbrae of {max(moons.values())} occluders reach the air"
     untouched = "no occluder's penumbra reaches the air" if scene.occluders else "the scene has no occluders"
@@ -58,6 +68,9 @@ def make_plan(scene, quality) -> Plan:
     how = {
         "segments": f"single scattering by {nodes} nodes a lit piece, columns from the "
         + ("table" if quality.transmittance == "table" else f"closed form with {quality.terms} terms"),
+        "table3d": "two lookups a lit piece, single scattering without azimuth",
+        "table3d-multiple": "two lookups a lit piece, all orders without azimuth, under the ad-hoc phase",
+        "table4d": "two lookups a path, two more where the planet's shadow cuts it",
         "widths": "brightness by widths, the published formula",
     }[quality.method]
     add(True, AtmosphereComposite, f"{how} ({suns})", "", (*AtmosphereComposite.inputs, *background, *MultipleView.outputs * gathered))

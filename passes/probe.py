@@ -29,6 +29,7 @@ from shadowatmo.passes.multiple import (
     multiple_uniforms,
     path_defines,
 )
+from shadowatmo.passes.table_probe import TABLE_METHODS, table_light
 from shadowatmo.passes.tables import TableKeeper
 from shadowatmo.passes.transmittance import TransmittanceTable, table_samplers
 from shadowatmo.quality import as_quality
@@ -185,6 +186,11 @@ class _Probe:
         if moons[2]:
             textures |= moons[2]
             textures |= {"u_base": self._texture(*self.base.T), "u_direction": self._texture(*self.rays.directions.T)}
+        if quality.method in TABLE_METHODS:
+            found = self._draw("probe.frag", defines, uniforms, textures, 3)
+            rays = {name: textures[name] for name in ("u_ray", "u_axis", "u_limits")}
+            single, *others = table_light(self.ctx, atmosphere, quality, self._draw, rays)
+            return [found[0], np.column_stack([single, found[1][:, 3]]), found[2], *others]
         if quality.orders == 1:
             return self._draw("probe.frag", defines, uniforms, textures, 3)
         recipe = RECIPES[quality.multiple]

@@ -6,6 +6,12 @@
 #ifdef HAS_SEGMENTS
 #include "segments.glsl"
 #endif
+#ifdef HAS_TABLE3D
+#include "table3d.glsl"
+#endif
+#ifdef HAS_TABLE4D
+#include "table4d.glsl"
+#endif
 #ifdef HAS_WIDTHS
 #include "path_widths.glsl"
 #endif

@@ -6,7 +6,7 @@ from shadowatmo.errors import ParameterError
 from shadowatmo.multiple_recipes import RECIPES
 from shadowatmo.validation import choice, integer
 
-METHODS = ("segments", "widths")
+METHODS = ("segments", "table3d", "table3d-multiple", "table4d", "widths")
 DEPTHS = ("textures", "analytic")
 MAX_NODES = 32
 
