@@ -3,24 +3,29 @@
     python demo.py                        look around
     python demo.py --headless             render the whole set into pictures/
     python demo.py --only limb_sunset     one picture of it
+    python demo.py --set presets          all planets from space, from within their air, at sunset
 """
 
 import argparse
 import os
 import sys
 import time
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 
 START = time.perf_counter()
 NEEDED = ("numpy", "PIL", "moderngl", "pyrr")
+SHEETS = {"main": "contact_sheet", "presets": "contact_sheet_presets"}  # of each set
+THUMB = 480  # pixels, width of the pictures on a sheet
 WINDOW_LINE = "pip install moderngl-window (or `make setup`), or draw without a window: python demo.py --headless"
 
 
 def build_parser():
     """Return the parser of the command line."""
+    from shadowatmo.gallery import SETS
     from shadowatmo.options import Parser, names, size
-    from shadowatmo.quality import NAMED
+    from shadowatmo.quality import METHODS, NAMED
     from shadowatmo.worlds import WORLDS
 
     raw = argparse.RawDescriptionHelpFormatter
@@ -28,9 +33,13 @@ def build_parser():
     parser.add_argument("--headless", action="store_true", help="write pictures; the default without a display")
     parser.add_argument("--out", type=Path, default=Path("pictures"), metavar="DIR", help="folder (default: pictures)")
     parser.add_argument("--only", type=names, metavar="NAME[,NAME]", help="only these pictures; implies --headless")
+    parser.add_argument("--set", choices=SETS, help="one set in full, or all; implies --headless (default: the "
+                        "main set in full, and of the presets a sheet)")  # fmt: skip
     parser.add_argument("--list", action="store_true", help="say which pictures there are, and stop")
     parser.add_argument("--size", type=size, metavar="WxH", help="pixels (default: 1283x719, window 1280x720 or less)")
     parser.add_argument("--quality", choices=tuple(NAMED), default="balanced", help="effort (default: %(default)s)")
+    parser.add_argument("--method", choices=METHODS, help="of the air's light (default: the quality's)")
+    parser.add_argument("--no-cache", action="store_true", help="neither read nor keep precomputed tables on disk")
     parser.add_argument("--scene", choices=sorted(WORLDS), default="earth", help="the window's planet")
     parser.add_argument("--check", action="store_true", help="versions, OpenGL, data; exit status 0 or 1")
     parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
@@ -38,49 +47,89 @@ def build_parser():
 
 
 def list_pictures():
-    """Write the names of the set and what each shows."""
+    """Write the names of the pictures of both sets and what each shows."""
     from shadowatmo.gallery import pictures
 
-    for picture in pictures():
+    for picture in pictures("all"):
         print(f"{picture.name:<20} {picture.caption}")
 
 
-def write_pictures(arguments):
-    """Render the set, or a part of it, and a contact sheet; the exit status is 0 when all of it was written."""
-    from shadowatmo import open_context
-    from shadowatmo.false_color import contact_sheet
-    from shadowatmo.gallery import select
-    from shadowatmo.options import explain
-    from shadowatmo.passes.gallery import Gallery
+def chosen_quality(arguments):
+    """Return the quality of the command line, with the method of the command line."""
+    from shadowatmo.quality import as_quality
 
-    chosen = select(arguments.only)
+    quality = as_quality(arguments.quality)
+    return replace(quality, method=arguments.method) if arguments.method else quality
+
+
+def write_pictures(arguments):
+    """Render a set, or a part of it, and a contact sheet; the exit status is 0 when all of it was written."""
+    from shadowatmo import open_context
+    from shadowatmo.gallery import pictures, select
+    from shadowatmo.options import ProgressBar
+
+    chosen = select(arguments.only, arguments.set or "main")
     folder, size = arguments.out, arguments.size or (1283, 719)
     folder.mkdir(parents=True, exist_ok=True)
     ctx = open_context()
     print(f"{len(chosen)} pictures of {size[0]}x{size[1]} on {ctx.info['GL_RENDERER']}", flush=True)
-    done, failed = [], []
-    with Gallery(ctx, size, arguments.quality) as gallery:
-        for picture in chosen:
-            start, path = time.perf_counter(), folder / f"{picture.name}.png"
-            try:
-                image = gallery.draw(picture)
-                image.save(path, compress_level=4)
-            except Exception as error:
-                if arguments.debug:
-                    raise
-                failed.append(picture.name)
-                print(f"demo.py: picture {picture.name}: {explain(error)}", file=sys.stderr)
-                continue
-            done.append((image, picture.name, picture.caption))
-            print(f"{path.name:<24} {time.perf_counter() - start:5.2f} s  {picture.caption}", flush=True)
-    if done:
-        contact_sheet(done).save(folder / "contact_sheet.png")
-        print(f"{'contact_sheet.png':<24} {'':7}  all of them on one sheet")
+    failed = []
+    with ProgressBar(wait=ctx.finish) as bar:
+        done = draw_pictures(ctx, chosen, size, bar, arguments, failed)
+        write_sheets(done, folder, arguments)
+        if done and not arguments.only and not arguments.set:
+            small = (THUMB, max(round(THUMB * size[1] / size[0]), 1))
+            sheet = draw_pictures(ctx, pictures("presets"), small, bar, arguments, failed, keep=False)
+            write_sheets(sheet, folder, arguments)
     ctx.release()
     print(f"{len(done)} pictures in {folder.resolve()}, {time.perf_counter() - START:.1f} s since the start")
     if failed:
         print(f"demo.py: {len(failed)} of {len(chosen)} pictures failed: {', '.join(failed)}", file=sys.stderr)
     return 1 if failed else 0
+
+
+def draw_pictures(ctx, chosen, size, bar, arguments, failed, keep=True):
+    """Draw pictures and return [(image, name, caption)]; names of those that failed are added to `failed`.
+
+    `keep` says whether each gets a file and a line of its own.
+    """
+    from shadowatmo.options import explain
+    from shadowatmo.passes.gallery import Gallery
+
+    done = []
+    with Gallery(ctx, size, chosen_quality(arguments), cache=not arguments.no_cache, progress=bar) as gallery:
+        for picture in chosen:
+            start, path = time.perf_counter(), arguments.out / f"{picture.name}.png"
+            try:
+                image = gallery.draw(picture)
+                if keep:
+                    image.save(path, compress_level=4)
+            except Exception as error:
+                if arguments.debug:
+                    raise
+                bar.erase()
+                failed.append(picture.name)
+                print(f"demo.py: picture {picture.name}: {explain(error)}", file=sys.stderr)
+                continue
+            done.append((image, picture.name, picture.caption))
+            if keep:
+                print(f"{path.name:<24} {time.perf_counter() - start:5.2f} s  {picture.caption}", flush=True)
+    return done
+
+
+def write_sheets(done, folder, arguments):
+    """Write the contact sheet of each set that pictures [(image, name, caption)] belong to."""
+    from shadowatmo.false_color import contact_sheet
+    from shadowatmo.gallery import pictures
+
+    for name, title in SHEETS.items():
+        if arguments.only and name != "main":  # a choice of pictures makes one sheet
+            break
+        members = {picture.name for picture in pictures("all" if arguments.only else name)}
+        shown = [entry for entry in done if entry[1] in members]
+        if shown:
+            contact_sheet(shown, width=THUMB).save(folder / f"{title}.png")
+            print(f"{title + '.png':<24} {'':7}  {len(shown)} pictures on one sheet", flush=True)
 
 
 def show_window(arguments):
@@ -91,7 +140,8 @@ def show_window(arguments):
     from shadowatmo.controls import Controls
     from shadowatmo.passes.window import open_window
 
-    open_window(Controls(arguments.scene, arguments.quality), arguments.out, arguments.size)
+    controls = Controls(arguments.scene, chosen_quality(arguments), not arguments.no_cache)
+    open_window(controls, arguments.out, arguments.size)
     return 0
 
 
@@ -116,7 +166,7 @@ def main(argv=None) -> int:
     from shadowatmo.options import has_display, run
 
     arguments = build_parser().parse_args(argv)
-    headless = arguments.headless or arguments.only or not has_display()
+    headless = arguments.headless or arguments.only or arguments.set or not has_display()
     if arguments.list:
         command = list_pictures
     elif arguments.check:

@@ -40,7 +40,7 @@ class AtmosphereComposite(RenderPass):
     """Dims the scene by the air before it and adds the light that the air scatters, one sun after the other."""
 
     name = "atmosphere"
-    inputs = ("cuts", "distance", "class")
+    inputs = ("cuts", "class")
     outputs = ("color",)
 
     def __init__(self, ctx, size):
@@ -58,7 +58,6 @@ class AtmosphereComposite(RenderPass):
             samplers["u_background"] = textures["background"]
         if view.scene.sun_disc:
             defines["HAS_SUN_DISC"] = True
-            samplers["u_distance"] = textures["distance"]
             uniforms |= sun_disc_uniforms(view, sun)
             if view.scene.occluders:
                 defines |= {"HAS_MOONS": True, "MOONS": len(view.scene.occluders)}
@@ -86,6 +85,8 @@ class AtmosphereComposite(RenderPass):
         with depth_test(self.ctx, "=="):
             for number, features in enumerate(class_features):
                 air = (method_defines, method_uniforms, method_samplers) if features else ({}, {}, {})
+                if number == 0 and view.is_inside:
+                    continue  # every ray meets the air
                 self.fullscreen(
                     "atmosphere.frag",
                     {**defines, **features, **air[0]},

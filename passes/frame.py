@@ -24,26 +24,32 @@ class Frame:
         self._renderer, self._number = renderer, number
         self._textures = textures
 
-    def _texture(self, name):
+    def _field(self, name):
+        self._check_current()
+        if name not in self._textures:
+            self._textures[name] = self._renderer.field(name, self._textures)
+        return self._textures[name]
+
+    def _check_current(self):
         if self._renderer.frame_number != self._number:
             raise PassError(f"frame {self._number} is gone: its renderer was closed or drew another; read it before")
-        return self._textures[name]
 
     @property
     def color(self):
-        return self._texture("color")
+        self._check_current()
+        return self._textures["color"]
 
     @property
     def depth(self):
-        return self._texture("distance")
+        return self._field("depth")
 
     @property
     def lit_width(self):
-        return self._texture("lit_width")
+        return self._field("lit_width")
 
     @property
     def shadow_width(self):
-        return self._texture("shadow_width")
+        return self._field("shadow_width")
 
     def read(self, name) -> np.ndarray:
         """Return one of "color", "depth", "lit_width", "shadow_width" as float32 (h, w, channels), row 0 at the top."""

@@ -25,10 +25,13 @@ class Gallery:
         Width and height of the pictures [pixels].
     quality : Quality or str
         Effort; a picture may change single fields of it.
+    cache, progress
+        As of Renderer.
     """
 
-    def __init__(self, ctx, size, quality="balanced"):
+    def __init__(self, ctx, size, quality="balanced", *, cache=True, progress=None):
         self.ctx, self.size, self.quality = ctx, size, as_quality(quality)
+        self._tables = {"cache": cache, "progress": progress}
         self._renderers = {}
 
     def draw(self, picture: Picture) -> Image.Image:
@@ -54,7 +57,7 @@ class Gallery:
         """Return a picture's frame at the set's quality with some changes."""
         quality = replace(self.quality, **changes)
         if quality not in self._renderers:
-            self._renderers[quality] = Renderer(self.ctx, picture.scene, self.size, quality)
+            self._renderers[quality] = Renderer(self.ctx, picture.scene, self.size, quality, **self._tables)
         renderer = self._renderers[quality]
         renderer.scene = picture.scene
         frame = renderer.render(picture.camera)

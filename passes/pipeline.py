@@ -24,7 +24,7 @@ from shadowatmo.passes.tables import TableKeeper
 from shadowatmo.passes.tonemap import Tonemap
 from shadowatmo.passes.transmittance import TransmittanceTable
 from shadowatmo.passes.view import View
-from shadowatmo.passes.widths import Widths, check_convention
+from shadowatmo.passes.widths import Field, Widths, check_convention
 from shadowatmo.plan import Plan
 from shadowatmo.quality import as_quality
 from shadowatmo.scene import Scene
@@ -205,7 +205,8 @@ class Renderer:
             self._passes["eclipse"].draw(self.scene, textures)
         if "planet" in self._passes and not composed:
             self._passes["planet"].draw(view, textures)
-            textures["background"] = textures["planet_color"]
+            if "planet_color" in textures:
+                textures["background"] = textures["planet_color"]
         if "atmosphere_back_depth" in self._passes:
             self._passes["atmosphere_back_depth"].draw(view, textures)
         # The first sun comes last, so that the textures of widths that remain are its own.
@@ -221,6 +222,14 @@ class Renderer:
     def _copy(self, texture, framebuffer):
         framebuffer.use()
         self._passes["atmosphere"].fullscreen("copy.frag", {}, {}, {"u_color": texture})
+
+    def field(self, name, textures):
+        """Return the texture of a field of the frame just drawn: "depth", "lit_width" or "shadow_width"."""
+        self._check_open()
+        with preserve_state(self.ctx):
+            if name not in self._passes:
+                self._passes[name] = Field(self.ctx, self.size, name)
+            return self._passes[name].draw(textures)
 
     def read_texture(self, texture) -> np.ndarray:
         """Return a texture's contents as float32 (h, w, channels), row 0 at the top."""

@@ -24,112 +24,177 @@ from shadowatmo.passes.transmittance import table_samplers
 from shadowatmo.quality import Quality
 
 MIRRORED_SKY = Quality(nodes=4, gap_nodes=2)  # effort for the sky in the sea
+FAN = 64  # triangles of the fan over the planet
+FAN_MARGIN = 2e-4  # rad
+FAN_LIMIT = math.radians(110.0)  # from the nadir, beyond which the whole picture is as good
 RINGS, SPOKES = 256, 384
 FIRST_RING = 0.5  # m from the point below the camera, or a thousandth of the altitude
 RELIEF_CEILING = 1e6  # m; above it the relief is far below a pixel and the smooth sphere, lit by its slopes, is enough
 
 
 class Planet(RenderPass):
-    """The ground, lit by the suns through the air (Schafhitzel et al. 2007, eq. 9-12), without the air before it."""
+    """The ground, lit by the suns through the air (Schafhitzel et al. 2007, eq. 9-12), without the air before it.
+
+    Geometry comes first, the sphere and near the ground the relief before it; the light is worked out once for each
+    pixel after that.
+    """
 
     name = "planet"
     outputs = ("planet_color", "planet_depth")
 
     def __init__(self, ctx, size, depth_format, surface):
         super().__init__(ctx, size)
-        self.target = self.own(Target(ctx, size, color=("rgba32f",), depth=depth_format))
+        self.geometry = self.own(Target(ctx, size, color=("r32f",), depth=depth_format))
         self.reversed = depth_format == "d32f"
-        self.maps = self.own(SurfaceMaps.acquire(ctx, surface)) if surface is not None else None
-        self._grid, self._arrays = None, {}
+        self.target, self.maps, self._relief, self._fans = None, None, None, {}
+        if surface is not None:
+            self.target = self.own(Target(ctx, size, color=("rgba32f",)))
+            self.maps = self.own(SurfaceMaps.acquire(ctx, surface))
+        if self.maps is not None and self.maps.relief is not None:
+            self._relief = self.own(Relief(ctx, self.maps))
 
     def draw(self, view, textures):
-        framebuffer = self.target.framebuffer
-        framebuffer.use()
-        framebuffer.clear(depth=0.0 if self.reversed else 1.0)
-        for number, sun in enumerate(view.scene.suns if self.maps is not None else view.scene.suns[:1]):
-            defines, uniforms, maps = self._shading(view, sun, textures)
-            uniforms |= {"u_camera_up": view.up, "u_camera_radius": view.radius}
-            if number > 0:  # the light of a further sun is added where its surface is the one in view
-                self.ctx.enable(moderngl.BLEND)
-                self.ctx.blend_func = moderngl.ONE, moderngl.ONE
-            nearer = ">" if self.reversed else "<"
-            with depth_test(self.ctx, nearer if number == 0 else nearer + "="):
-                self.fullscreen("planet.frag", defines, uniforms, maps)
-                if self.shows_relief(view):
-                    self._draw_relief(view, defines, uniforms, maps)
+        # A bare sphere has a closed form, which the passes after this one know too.
+        solved = view.quality.depth == "analytic" and self.highest_in_view(view) == 0.0
+        if not solved:
+            self._draw_geometry(view)
+            textures["planet_depth"] = self.geometry.depth
+        if self.maps is None:
+            return
+        self.target.framebuffer.use()
+        self.target.framebuffer.clear()
+        self.ctx.enable(moderngl.BLEND)  # the light of several suns adds up
+        self.ctx.blend_func = moderngl.ONE, moderngl.ONE
+        for sun in view.scene.suns:
+            defines, uniforms, samplers = self._shading(view, sun, textures)
+            if not solved:
+                defines["HAS_GEOMETRY"] = True
+                samplers["u_planet_distance"] = self.geometry.color[0]
+            self._draw_fan("planet.frag", view, self.highest_in_view(view), defines, uniforms, samplers)
         self.ctx.disable(moderngl.BLEND)
         self.ctx.blend_func = moderngl.ONE, moderngl.ZERO
-        textures["planet_color"], textures["planet_depth"] = self.target.color[0], self.target.depth
+        textures["planet_color"] = self.target.color[0]
 
-    def shows_relief(self, view) -> bool:
-        """Whether the displaced relief is drawn for a view."""
-        return self.maps is not None and self.maps.relief is not None and view.altitude < RELIEF_CEILING
+    def highest_in_view(self, view) -> float:
+        """Altitude [m] of the highest relief that is drawn displaced for a view."""
+        return self.maps.highest if self._relief is not None and view.altitude < RELIEF_CEILING else 0.0
+
+    def _draw_geometry(self, view):
+        framebuffer = self.geometry.framebuffer
+        framebuffer.use()
+        framebuffer.clear(depth=0.0 if self.reversed else 1.0)
+        with depth_test(self.ctx, ">" if self.reversed else "<"):
+            self._draw_fan("planet_depth.frag", view, 0.0, view.defines(), view.depth_uniforms(), {})
+            if self.highest_in_view(view) > 0.0:
+                self._relief.draw(view)
+
+    def _draw_fan(self, fragment, view, highest, defines, uniforms, samplers):
+        """Draw over the pixels that can show the sphere, or relief on it up to `highest` [m]."""
+        angle = fan_angle(view, highest)
+        if angle is None:
+            self.fullscreen(fragment, defines, uniforms, samplers)
+            return
+        program = build_program(self.ctx, fragment, vertex="cone.vert", defines={**defines, "FAN": FAN})
+        local = {"u_local": local_axes(view), "u_view": view_rows(view), "u_cone": (math.cos(angle), math.sin(angle))}
+        set_uniforms(program, {**uniforms, **local})
+        bind_textures(program, samplers)
+        if program not in self._fans:
+            self._fans[program] = self.own(self.ctx.vertex_array(program, []))
+        self._fans[program].render(moderngl.TRIANGLES, vertices=3 * FAN)
 
     def _shading(self, view, sun, textures):
-        """Return defines, uniforms and textures of the surface in the light of one sun."""
-        scene = view.scene
-        defines = view.defines()
-        uniforms = {**view.depth_uniforms()}
-        if self.maps is None:
-            return defines, uniforms, {}
-        defines |= {"HAS_SURFACE": True, **self.maps.defines()}
-        defines |= {**medium_defines(scene.atmosphere), **transmittance_defines(scene.atmosphere, view.quality)}
-        uniforms |= {**medium_uniforms(scene.atmosphere), **view.axis_uniforms(sun)}
+        """Return defines, uniforms and samplers of the surface in the light of one sun."""
+        atmosphere = view.scene.atmosphere
+        defines = {**({"HAS_FAR_CAMERA": True} if view.is_far else {}), **self.maps.defines()}
+        defines |= {**medium_defines(atmosphere), **transmittance_defines(atmosphere, view.quality)}
+        uniforms = {**view.camera_uniforms(), **medium_uniforms(atmosphere), **view.axis_uniforms(sun)}
         uniforms |= {
             "u_irradiance": sun.irradiance,
-            "u_ground_albedo": scene.atmosphere.ground_albedo,
+            "u_ground_albedo": atmosphere.ground_albedo,
             "u_pixel_angle": view.pixel_angle,
+            "u_camera_up": view.up,
+            "u_camera_radius": view.radius,
         }
         samplers = self.maps.textures()
         if "multiple_table" in textures:
             defines |= multiple_defines(RECIPES[view.quality.multiple])
-            uniforms |= multiple_uniforms(scene.atmosphere)
+            uniforms |= multiple_uniforms(atmosphere)
             samplers |= multiple_samplers(textures)
         if "HAS_WATER" in defines:
-            defines |= {"HAS_SHADOW": True, "HAS_TWO_PIECES": True, **segment_defines(MIRRORED_SKY, scene.atmosphere)}
-            uniforms |= {**segment_uniforms(scene.atmosphere), **cone_uniforms("u_shadow", view.shadow_cone(sun))}
+            defines |= {"HAS_SHADOW": True, "HAS_TWO_PIECES": True, **segment_defines(MIRRORED_SKY, atmosphere)}
+            uniforms |= {**segment_uniforms(atmosphere), **cone_uniforms("u_shadow", view.shadow_cone(sun))}
         moons = eclipse_inputs(view.scene, sun, textures)
         samplers |= table_samplers(uniforms, textures)
         return {**defines, **moons[0]}, {**uniforms, **moons[1]}, {**samplers, **moons[2]}
 
-    def _draw_relief(self, view, defines, uniforms, maps):
-        """Draw the polar grid below the camera, out to where the highest relief sinks behind the horizon."""
-        radius = view.scene.atmosphere.bottom_radius
-        highest = self.maps.highest
-        altitude = max(view.altitude, 0.0)
-        reach = math.acos(radius / (radius + altitude)) + math.acos(radius / (radius + highest))
-        first = max(FIRST_RING, 1e-3 * altitude) / radius
-        east = np.cross([0.0, 0.0, 1.0], view.up) if abs(view.up[2]) < 0.999 else np.cross([1.0, 0.0, 0.0], view.up)
-        east /= np.linalg.norm(east)
-        tan_x, tan_y = view.camera.tangents(view.size)
+
+class Relief:
+    """The displaced relief about the point below the camera, out to where the highest of it sinks behind the horizon."""
+
+    def __init__(self, ctx, maps):
+        self.ctx, self.maps = ctx, maps
+        vertices, indices = polar_grid()
+        self._buffers = ctx.buffer(vertices.tobytes()), ctx.buffer(indices.tobytes())
+        self._arrays = {}
+
+    def draw(self, view):
+        program = build_program(self.ctx, "terrain.frag", vertex="terrain.vert", defines=view.defines())
+        radius, altitude = view.scene.atmosphere.bottom_radius, max(view.altitude, 0.0)
+        reach = dip(radius, altitude) + dip(radius, self.maps.highest)
         uniforms = {
-            **uniforms,
-            "u_local": np.stack([east, np.cross(view.up, east), view.up], axis=1),
-            "u_view": view.camera.basis() / np.array([[tan_x], [tan_y], [1.0]]),
+            **view.depth_uniforms(),
+            "u_local": local_axes(view),
+            "u_view": view_rows(view),
             "u_camera_altitude": view.altitude,
-            "u_ring_angles": (first, min(1.02 * reach, math.pi)),
+            "u_ring_angles": (max(FIRST_RING, 1e-3 * altitude) / radius, min(1.02 * reach, math.pi)),
         }
-        defines = {name: value for name, value in defines.items() if name != "HAS_SURFACE"}
-        program = build_program(self.ctx, "terrain.frag", vertex="terrain.vert", defines=defines)
-        set_uniforms(program, {n: v for n, v in uniforms.items() if n not in ("u_camera_up", "u_camera_radius")})
-        bind_textures(program, maps)
+        set_uniforms(program, uniforms)
+        bind_textures(program, {"u_relief_map": self.maps.relief})
+        if program not in self._arrays:
+            content = [(self._buffers[0], "2f", "in_grid")]
+            self._arrays[program] = self.ctx.vertex_array(program, content, self._buffers[1])
         self.ctx.enable(moderngl.CULL_FACE)  # seen from below, the relief would hide the sky of a camera inside it
         self.ctx.cull_face = "back"
-        self._relief_array(program).render(moderngl.TRIANGLES)
+        self._arrays[program].render(moderngl.TRIANGLES)
         self.ctx.disable(moderngl.CULL_FACE)
 
-    def _relief_array(self, program):
-        """Return the grid bound to a program; made once."""
-        if self._grid is None:
-            vertices, indices = polar_grid()
-            self._grid = (
-                self.own(self.ctx.buffer(vertices.tobytes())),
-                self.own(self.ctx.buffer(indices.tobytes())),
-            )
-        if program not in self._arrays:
-            content = [(self._grid[0], "2f", "in_grid")]
-            self._arrays[program] = self.own(self.ctx.vertex_array(program, content, self._grid[1]))
-        return self._arrays[program]
+    def release(self) -> None:
+        """Release the grid."""
+        for item in (*self._arrays.values(), *self._buffers):
+            item.release()
+
+
+def dip(radius, altitude) -> float:
+    """Return the angle [rad] by which the horizon lies below the horizontal, seen from an altitude [m]."""
+    return math.acos(radius / (radius + altitude))
+
+
+def fan_angle(view, highest) -> float | None:
+    """Return the angle from the nadir [rad] of a fan that covers the planet with its relief; None: the whole picture."""
+    radius = view.scene.atmosphere.bottom_radius
+    if view.altitude <= 0.0:
+        return None
+    planet = 0.5 * math.pi - dip(radius, view.altitude)
+    angle = planet + dip(radius, highest) + min(FAN_MARGIN, FAN_MARGIN * planet)
+    if angle > FAN_LIMIT:
+        return None
+    if angle >= 0.5 * math.pi:
+        return angle
+    # Up to the horizontal the middle of an edge of the fan is nearer to the nadir than its corners.
+    return math.atan2(math.sin(angle), math.cos(angle) * math.cos(math.pi / FAN))
+
+
+def local_axes(view) -> np.ndarray:
+    """Return two horizontal axes and the up vector at the camera, as the columns of (3, 3)."""
+    east = np.cross([0.0, 0.0, 1.0], view.up) if abs(view.up[2]) < 0.999 else np.cross([1.0, 0.0, 0.0], view.up)
+    east /= np.linalg.norm(east)
+    return np.stack([east, np.cross(view.up, east), view.up], axis=1)
+
+
+def view_rows(view) -> np.ndarray:
+    """Return right and up over the tangents of the half angles, and forward, as the rows of (3, 3)."""
+    tan_x, tan_y = view.camera.tangents(view.size)
+    return view.camera.basis() / np.array([[tan_x], [tan_y], [1.0]])
 
 
 def polar_grid() -> tuple[np.ndarray, np.ndarray]:

@@ -59,6 +59,11 @@ class View:
         return self.radius > FAR_RADII * self.scene.atmosphere.bottom_radius
 
     @cached_property
+    def is_inside(self) -> bool:
+        """Whether the camera is inside the air, beyond the doubt of float32."""
+        return self.altitude < (1.0 - 1e-5) * self.scene.atmosphere.thickness
+
+    @cached_property
     def axes(self) -> np.ndarray:
         """Right, up and forward as the columns of (3, 3); the first two carry the tangents of the half angles."""
         tan_x, tan_y = self.camera.tangents(self.size)

@@ -12,6 +12,7 @@ from shadowatmo.passes.pipeline import Renderer
 from shadowatmo.passes.tonemap import Tonemap, automatic_exposure
 
 METER_INTERVAL = 0.1  # s between two looks of the meter
+TABLE_BUDGET = 0.03  # s of a frame for tables: it goes without one, or with the last, rather than wait
 
 
 class Viewer:
@@ -60,7 +61,9 @@ class Viewer:
             return
         self.close()
         self.size = size
-        self._renderer = Renderer(self.ctx, self.controls.scene(), size, self.controls.quality)
+        controls = self.controls
+        tables = {"cache": controls.cache, "table_budget": TABLE_BUDGET}
+        self._renderer = Renderer(self.ctx, controls.scene(), size, controls.quality, **tables)
         with preserve_state(self.ctx):
             for kind in (Meter, Tonemap, Overlay):
                 self._after[kind.name] = kind(self.ctx, size)

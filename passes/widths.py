@@ -6,6 +6,8 @@ from shadowatmo.passes.base import RenderPass, depth_test
 from shadowatmo.passes.gl.textures import Target
 
 KINDS_OF_BUFFER = ("standard", "reversed", "logarithmic")  # what a depth attachment can hold
+# weights of distance, shadow's begin, shadow's end and far end in each field
+FIELDS = {"depth": (1.0, 0.0, 0.0, 0.0), "lit_width": (0.0, 1.0, -1.0, 1.0), "shadow_width": (0.0, -1.0, 1.0, 0.0)}
 DEPTH_TEXTURES = ("shadow_back", "shadow_front", "atmosphere_back")
 CONVENTION_DEFINES = {f"CONVENTION_{name.upper()}": number for number, name in enumerate(CONVENTIONS)}
 
@@ -14,11 +16,11 @@ class Widths(RenderPass):
     """Cuts the path of every pixel through the air by the depths of the passes before it, or by closed forms."""
 
     name = "widths"
-    outputs = ("cuts", "lit_width", "shadow_width", "distance", "class")
+    outputs = ("cuts", "class")
 
     def __init__(self, ctx, size):
         super().__init__(ctx, size)
-        self.target = self.own(Target(ctx, size, color=("rgba32f", "r32f", "r32f", "r32f"), depth="d32f"))
+        self.target = self.own(Target(ctx, size, color=("rgba32f",), depth="d32f"))
 
     def draw(self, view, textures, sun):
         defines = {**view.defines()}
@@ -39,9 +41,21 @@ class Widths(RenderPass):
         self.target.framebuffer.use()
         with depth_test(self.ctx, "1"):
             self.fullscreen("widths.frag", defines, uniforms, samplers)
-        cuts, lit, shadow, distance = self.target.color
-        textures |= {"cuts": cuts, "lit_width": lit, "shadow_width": shadow, "distance": distance}
-        textures["class"] = self.target.depth
+        textures["cuts"], textures["class"] = self.target.color[0], self.target.depth
+
+
+class Field(RenderPass):
+    """One field of the cuts as a texture of its own; drawn when somebody asks for it."""
+
+    def __init__(self, ctx, size, name):
+        super().__init__(ctx, size)
+        self.weights = FIELDS[name]
+        self.target = self.own(Target(ctx, size, color=("r32f",)))
+
+    def draw(self, textures):
+        self.target.framebuffer.use()
+        self.fullscreen("field.frag", {}, {"u_weights": self.weights}, {"u_cuts": textures["cuts"]})
+        return self.target.color[0]
 
 
 def check_convention(texture, convention) -> None:

@@ -30,9 +30,6 @@ uniform sampler2D u_cuts;
 #ifdef HAS_BACKGROUND
 uniform sampler2D u_background;
 #endif
-#ifdef HAS_SUN_DISC
-uniform sampler2D u_distance;
-#endif
 
 #ifdef HAS_ECLIPSE
 uniform vec3 u_camera_position;  // m
@@ -50,7 +47,7 @@ void main() {
   vec3 across = cross(pixel.direction, u_shadow_axis.direction);
   float nu = -dot(pixel.direction, u_shadow_axis.direction);
 #ifdef HAS_SUN_DISC
-  bool open = isinf(texelFetch(u_distance, texel, 0).x);
+  bool open = isinf(texelFetch(u_cuts, texel, 0).x);
   float hidden = 0.0;
 #ifdef HAS_MOONS
   hidden = behind_moons(pixel.direction);
@@ -64,7 +61,7 @@ void main() {
   eclipse_base = u_camera_position + ray.start * pixel.direction;
   eclipse_direction = pixel.direction;
 #endif
-  vec4 cuts = texelFetch(u_cuts, texel, 0);
+  vec4 cuts = vec4(0.0, texelFetch(u_cuts, texel, 0).yzw);
   Scattered air = scatter(ray, sun, dot(across, across), cuts);
 #ifdef HAS_MULTIPLE_VIEW
 #ifdef HAS_HIGH_CAMERA

@@ -1,26 +1,25 @@
 #version 330 core
-// Pass 3: color and depth of the planet, where the ray meets the ground's sphere.
+// Pass 3, light: the surface at the distance that the geometry found, once for every pixel that shows it.
 
-#include "depth.glsl"
-#ifdef HAS_SURFACE
 #include "surface.glsl"
+
+#ifdef HAS_GEOMETRY
+uniform sampler2D u_planet_distance;  // m, along the ray; 0 where the planet is not in view
 #endif
+uniform vec3 u_camera_up;             // unit vector from the planet's center to the camera
+uniform float u_camera_radius;        // m
 
-uniform vec3 u_camera_up;      // unit vector from the planet's center to the camera
-uniform float u_camera_radius; // m
-
-layout(location = 0) out vec4 out_color;
+out vec4 out_color;
 
 void main() {
   Pixel pixel = make_pixel(gl_FragCoord.xy);
+#ifdef HAS_GEOMETRY
+  float distance = texelFetch(u_planet_distance, ivec2(gl_FragCoord.xy), 0).x;
+#else
   Ray ray = pixel_ray(pixel);
   float ground = ground_distance(ray);
-  if (ray.air < 0.0 || ground < 0.0) discard;
-  float distance = ray.start + ground;
-  gl_FragDepth = encode_depth(distance / pixel.stretch);
-  out_color = vec4(0.0, 0.0, 0.0, 1.0);
-#ifdef HAS_SURFACE
-  vec3 up = normalize(u_camera_up * u_camera_radius + distance * pixel.direction);
-  out_color.rgb = ground_radiance(up, 0.0, -pixel.direction, distance);
+  float distance = ray.air >= 0.0 && ground >= 0.0 ? max(ray.start + ground, 1.0e-6) : 0.0;
 #endif
+  vec3 up = normalize(u_camera_up * u_camera_radius + distance * pixel.direction);
+  out_color = distance > 0.0 ? vec4(ground_radiance(up, -pixel.direction, distance), 1.0) : vec4(0.0);
 }

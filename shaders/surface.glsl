@@ -3,6 +3,7 @@
 #include "transmittance.glsl"
 #include "phase.glsl"
 #include "camera.glsl"
+#include "maps.glsl"
 #ifdef HAS_MULTIPLE
 #include "multiple.glsl"
 #endif
@@ -23,44 +24,6 @@ uniform sampler2D u_color_map;
 #ifdef HAS_RELIEF
 uniform sampler2D u_relief_map;  // slope to the east, slope to the north, altitude [m]
 #endif
-uniform float u_pixel_angle;  // rad, of a pixel in the middle of the frame
-
-// Equirectangular coordinates of a point by its unit direction: 180 W at u = 0, the north pole at v = 1.
-vec2 map_coordinates(vec3 up) {
-  return vec2(atan(up.y, up.x) / (2.0 * PI) + 0.5, atan(up.z, length(up.xy)) / PI + 0.5);
-}
-
-// Cubic B-spline by four bilinear fetches: smooth where the map is magnified.
-vec4 cubic_texture(sampler2D map, vec2 uv, float lod) {
-  vec2 size = vec2(textureSize(map, int(lod)));
-  vec2 position = uv * size - 0.5;
-  vec2 f = fract(position);
-  vec2 base = position - f;
-  vec2 f2 = f * f;
-  vec2 f3 = f2 * f;
-  vec2 w0 = (1.0 - f) * (1.0 - f) * (1.0 - f) / 6.0;
-  vec2 w1 = (4.0 - 6.0 * f2 + 3.0 * f3) / 6.0;
-  vec2 w3 = f3 / 6.0;
-  vec2 near = w0 + w1;
-  vec2 far = 1.0 - near;
-  vec2 a = (base - 0.5 + w1 / near) / size;
-  vec2 b = (base + 1.5 + w3 / far) / size;
-  return near.y * (near.x * textureLod(map, a, lod) + far.x * textureLod(map, vec2(b.x, a.y), lod)) +
-         far.y * (near.x * textureLod(map, vec2(a.x, b.y), lod) + far.x * textureLod(map, b, lod));
-}
-
-// Level of detail for a patch of ground seen from `distance` [m] at a slant; derivatives would tear at the date line.
-float map_level(sampler2D map, float distance, float slant) {
-  float footprint = distance * u_pixel_angle * inversesqrt(max(slant, 0.02));
-  float texel = PI * u_bottom_radius / float(textureSize(map, 0).y);
-  return max(log2(footprint / texel), 0.0);
-}
-
-vec3 smooth_map(sampler2D map, vec2 uv, float level) {
-  float lower = floor(level);
-  vec3 a = cubic_texture(map, uv, lower).xyz;
-  return level > 0.0 ? mix(a, cubic_texture(map, uv, lower + 1.0).xyz, level - lower) : a;
-}
 
 #ifdef HAS_WATER
 const float SEA_SHORE = 12.0;  // m; half a level of an 8-bit height map
@@ -81,9 +44,9 @@ vec3 mirrored(vec3 up, vec3 to_eye, vec3 sun, vec3 sunlight) {
 }
 #endif
 
-// Radiance [1/sr] that the ground sends to the eye, before the air between. up = unit direction of the point, altitude
-// [m], to_eye = unit vector, distance [m] to the eye.
-vec3 ground_radiance(vec3 up, float altitude, vec3 to_eye, float distance) {
+// Radiance [1/sr] that the ground sends to the eye, before the air between. up = unit direction of the point, to_eye =
+// unit vector, distance [m] to the eye.
+vec3 ground_radiance(vec3 up, vec3 to_eye, float distance) {
   float slant = max(dot(up, to_eye), 0.0);
   vec3 sun = -u_shadow_axis.direction;
   vec2 uv = map_coordinates(up);
@@ -92,11 +55,12 @@ vec3 ground_radiance(vec3 up, float altitude, vec3 to_eye, float distance) {
   albedo = smooth_map(u_color_map, uv, map_level(u_color_map, distance, slant));
 #endif
   vec3 normal = up;
+  float altitude = 0.0;
 #ifdef HAS_RELIEF
   vec3 relief = smooth_map(u_relief_map, uv, map_level(u_relief_map, distance, slant));
   vec3 east = normalize(vec3(-up.y, up.x, 0.0) + vec3(0.0, 1.0e-9, 0.0));
   normal = normalize(up - relief.x * east - relief.y * cross(up, east));
-  altitude = max(altitude, relief.z);
+  altitude = max(relief.z, 0.0);
 #endif
   // The terrain stands above the terminator plane's shadow edge by its altitude; its slope decides the rest.
   float height = dot(up, sun) * (u_bottom_radius + altitude);

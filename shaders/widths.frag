@@ -1,9 +1,9 @@
 #version 330 core
 // Pass 5, first half: linearize the depths and cut the view path through the air into lit and shadowed widths.
 //
-// Cuts are distances [m] from the ray's base point: the near end, where the shadow begins and ends, the far end. The class
-// that goes to the depth buffer selects the shader that draws the pixel: 0 no air, 1 lit, 2 one lit piece and a shadow,
-// 3 a shadow between two lit pieces.
+// Written are the distance [m] from the camera to the solid, inf for none, and then cuts as distances [m] from the ray's
+// base point: where the shadow begins and ends, and the far end. The class that goes to the depth buffer selects the
+// shader that draws the pixel: 0 no air, 1 lit, 2 one lit piece and a shadow, 3 a shadow between two lit pieces.
 
 #include "depth.glsl"
 
@@ -18,10 +18,7 @@ uniform sampler2D u_atmosphere_back;
 uniform sampler2D u_planet_depth;
 #endif
 
-layout(location = 0) out vec4 out_cuts;
-layout(location = 1) out float out_lit;
-layout(location = 2) out float out_shadow;
-layout(location = 3) out float out_distance;
+out vec4 out_cuts;
 
 // Distance [m] from the camera to whatever solid the scene holds. The ground's sphere is part of it, solved and not
 // rasterized but for the published variant.
@@ -57,14 +54,10 @@ void main() {
   float end = ray.air < 0.0 ? 0.0 : clamp(solid - ray.start, 0.0, max(air, 0.0));
   float from = clamp(shadow.x, 0.0, end);
   float to = clamp(shadow.y, from, end);
-  float shadowed = to - from;
 
-  bool any_shadow = shadowed > 0.0;
+  bool any_shadow = to > from;
   bool two_pieces = any_shadow && from > 0.0 && to < end;
-  float kind = end <= 0.0 ? 0.0 : (two_pieces ? 3.0 : (any_shadow ? 2.0 : 1.0));
-  out_cuts = vec4(0.0, from, to, end);
-  out_lit = end - shadowed;
-  out_shadow = shadowed;
-  out_distance = solid >= NOTHING ? uintBitsToFloat(0x7F800000u) : solid;
+  float kind = ray.air < 0.0 ? 0.0 : (two_pieces ? 3.0 : (any_shadow ? 2.0 : 1.0));
+  out_cuts = vec4(solid >= NOTHING ? uintBitsToFloat(0x7F800000u) : solid, from, to, end);
   gl_FragDepth = 0.25 * kind;
 }

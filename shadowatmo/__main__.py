@@ -12,7 +12,7 @@ import numpy as np
 import shadowatmo
 from shadowatmo.camera import Camera
 from shadowatmo.errors import ParameterError
-from shadowatmo.options import Parser, numbers, run, size
+from shadowatmo.options import Parser, ProgressBar, numbers, run, size
 from shadowatmo.places import bearing, place
 from shadowatmo.quality import METHODS, NAMED, as_quality
 from shadowatmo.validation import number, vector
@@ -30,10 +30,9 @@ Pictures of planets through their atmospheres, with the shadow of the planet in 
 PLACES = """\
 Lengths are metres, angles degrees. The planet's center is the origin, longitude 0 lies on +x, 90 E on +y, the north
 pole on +z. Without a direction of view the camera looks at the planet's center from far away, and to the horizon from
-below 1000 km. Without a sun it stands 40 degrees high, to the right of the view's heading.
+below 1000 km or a third of the radius. Without a sun it stands 40 degrees high, to the right of the view's heading.
 """
-ORBIT_HEIGHT = 1.35e7  # m, where nobody said where to be
-LOOKS_AHEAD_BELOW = 1e6  # m
+LOOKS_AHEAD_BELOW = 1e6  # m, or a third of the radius where that is less
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -58,7 +57,7 @@ def _add_view(parser):
     group = parser.add_argument_group("where the camera is")
     group.add_argument("--scene", choices=sorted(WORLDS), default="earth", help="planet (default: %(default)s)")
     group.add_argument("--position", type=numbers, metavar="X,Y,Z", help="planet-centered; write --position=-1,0,0")
-    group.add_argument("--altitude", type=float, help="above the ground at --lat and --lon (default: 1.35e7)")
+    group.add_argument("--altitude", type=float, help="above the ground at --lat and --lon (default: 2.12 radii)")
     group.add_argument("--lat", type=float, help="latitude, north positive (default: 15)")
     group.add_argument("--lon", type=float, help="longitude, east positive (default: 25)")
     group = parser.add_argument_group("where it looks")
@@ -82,6 +81,7 @@ def _add_picture(parser):
     group.add_argument("--quality", choices=tuple(NAMED), default="balanced", help="effort (default: %(default)s)")
     group.add_argument("--method", choices=METHODS, help="of the air's light (default: the quality's)")
     group.add_argument("--exposure", type=float, help="factor on radiance (default: automatic)")
+    group.add_argument("--no-cache", action="store_true", help="neither read nor keep precomputed tables on disk")
 
 
 def make_view(arguments):
@@ -109,7 +109,8 @@ def _position(arguments, planet):
         return np.array(vector("position", arguments.position, low=-1e15, high=1e15, nonzero=True))
     latitude = math.radians(number("lat", 15.0 if arguments.lat is None else arguments.lat, low=-90, high=90))
     longitude = math.radians(number("lon", 25.0 if arguments.lon is None else arguments.lon))
-    height = number("altitude", ORBIT_HEIGHT if arguments.altitude is None else arguments.altitude, low=-1e5, high=1e12)
+    height = planet.far_height if arguments.altitude is None else arguments.altitude
+    height = number("altitude", height, low=-1e5, high=1e12)
     ground = planet.ground.altitude(place(planet.radius, latitude, longitude))
     return place(planet.radius, latitude, longitude, ground + height)
 
@@ -123,7 +124,8 @@ def _axis(arguments, position, planet, height, heading) -> dict:
     if arguments.forward is not None:
         _exclude("forward", arguments.forward, turned)
         return {"forward": arguments.forward, "up": _upright(position, arguments.forward)}
-    if height > LOOKS_AHEAD_BELOW and arguments.heading is None and arguments.pitch is None:
+    far = height > min(LOOKS_AHEAD_BELOW, planet.radius / 3.0)
+    if far and arguments.heading is None and arguments.pitch is None:
         return {"target": (0.0, 0.0, 0.0)}
     dip = math.acos(min(planet.radius / (planet.radius + max(height, 0.0)), 1.0))
     pitch = -dip if arguments.pitch is None else math.radians(number("pitch", arguments.pitch, low=-90, high=90))
@@ -169,7 +171,12 @@ def _render(arguments) -> None:
     start = time.perf_counter()
     ctx = shadowatmo.open_context()
     try:
-        with shadowatmo.Renderer(ctx, scene, size=arguments.size, quality=quality) as renderer:
+        with (
+            ProgressBar(wait=ctx.finish) as bar,
+            shadowatmo.Renderer(
+                ctx, scene, size=arguments.size, quality=quality, cache=not arguments.no_cache, progress=bar
+            ) as renderer,
+        ):
             frame = renderer.render(camera)
             if out.suffix.lower() == ".npy":
                 np.save(out, frame.numpy())

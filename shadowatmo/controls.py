@@ -49,6 +49,8 @@ class Controls:
         A world's name.
     quality : Quality or str
         Effort at first.
+    cache : bool
+        Whether precomputed tables are kept on disk.
 
     Attributes
     ----------
@@ -60,6 +62,7 @@ class Controls:
 
     scene_name: str = "earth"
     quality: object = "balanced"
+    cache: bool = True
 
     def __post_init__(self):
         self.quality = as_quality(self.quality)
@@ -72,7 +75,8 @@ class Controls:
     def enter(self, name) -> None:
         """Go to a world, to where its view begins."""
         self.world, self.scene_name = world(name), name
-        self.rig = orbit_above(self.world, math.radians(15.0), math.radians(25.0), 1.35e7)
+        self.rig = orbit_above(self.world, math.radians(15.0), math.radians(25.0), self.world.far_height)
+        self.rig.tilt = -self.rig.angle()  # straight down, however small the planet is
         noon = np.array([math.cos(1.1), math.sin(1.1), 0.15])
         self.sun = SunRig(noon / np.linalg.norm(noon), self.world.solar_day)
         self._settled = False

@@ -1,7 +1,8 @@
-"""The demo set as data: which pictures there are, what each one shows, and from where.
+"""The demo sets as data: which pictures there are, what each one shows, and from where.
 
-Each picture is chosen to show one thing that an atmosphere must get right. Cameras stand at real places; suns are set
-by azimuth and elevation at the camera, or along an axis of the planet where only their angle to the camera matters.
+Each picture of the set "main" is chosen to show one thing that an atmosphere must get right; the set "presets" shows
+each planet from space, from within its air, and at sunset. Cameras stand at real places; suns are set by azimuth and
+elevation at the camera, or along an axis of the planet where only their angle to the camera matters.
 """
 
 import math
@@ -13,9 +14,11 @@ from shadowatmo.camera import Camera
 from shadowatmo.errors import ParameterError
 from shadowatmo.places import bearing, place
 from shadowatmo.scene import Scene
+from shadowatmo.validation import choice
 from shadowatmo.worlds import WORLDS
 
 DEG = math.pi / 180.0
+SETS = ("main", "presets", "all")
 
 
 @dataclass(frozen=True)
@@ -80,9 +83,17 @@ def _globe(world, latitude, longitude, distance, sun, fov=45.0) -> dict:
     return _facing(world, place(distance, latitude * DEG, longitude * DEG), toward, fov)
 
 
-def pictures() -> tuple[Picture, ...]:
-    """Return the whole set, in the order in which it is drawn."""
-    return (*_earth(), *_paper(), *_mars())
+def pictures(which="main") -> tuple[Picture, ...]:
+    """Return the pictures of a set, one of SETS, in the order in which they are drawn.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such set.
+    """
+    sets = {"main": (_earth, _paper, _mars), "presets": (_presets,)}
+    wanted = sets if choice("set", which, SETS) == "all" else (which,)
+    return tuple(picture for name in wanted for part in sets[name] for picture in part())
 
 
 def _earth():
@@ -166,17 +177,51 @@ def _mars():
     )
 
 
-def select(names=None) -> tuple[Picture, ...]:
-    """Return the pictures of the given names in the set's order; all without names.
+# Height of the picture from within the air, and what the pictures from space, from there and at sunset show. The height
+# is 20 km where the air is about as thick as the Earth's, and a third of the air's thickness elsewhere.
+_PRESETS = {
+    "earth": (2e4, "20 km", ("x", "x", "x")),
+    "mars": (2e4, "20 km", ("x", "x", "x")),
+    "thin_earth": (2e4, "20 km", ("x", "x", "x")),
+    "dense_earth": (2e4, "20 km", ("x", "x", "x")),
+    "titan": (1.3e5, "130 km, a third of the air,", ("x", "x", "x")),
+    "toy_planet": (660.0, "660 m, a third of the air,", ("x", "x", "x")),
+}
+
+
+def _presets():
+    for name, (height, words, shown) in _PRESETS.items():
+        planet = WORLDS[name]
+        dip = math.acos(planet.radius / (planet.radius + height)) / DEG
+        far = 3.0 * planet.atmosphere.top_radius / planet.radius
+        yield Picture(
+            f"{name}_space",
+            f"{name.upper()} from space: {shown[0]}",
+            **_globe(name, 15, 25, far, (8, 85)),
+        )
+        yield Picture(
+            f"{name}_aloft",
+            f"{name.upper()} from {words} by day: {shown[1]}",
+            **_standing(name, (28.2, 33.6, height), (285, 35), (330, -dip - 4.0), 60),
+        )
+        yield Picture(
+            f"{name}_low_sun",
+            f"{name.upper()} from two metres, the sun 3 degrees high: {shown[2]}",
+            **_standing(name, (36.5, -14.0, 2.0), (270, 3), (268, 7), 45),
+        )
+
+
+def select(names=None, which="main") -> tuple[Picture, ...]:
+    """Return the pictures of the given names in the sets' order, whatever their set; a whole set without names.
 
     Raises
     ------
     ParameterError
         If a name is unknown; the message lists the known ones.
     """
-    known = pictures()
     if names is None:
-        return known
+        return pictures(which)
+    known = pictures("all")
     for name in names:
         if name not in {p.name for p in known}:
             raise ParameterError("picture", name, "one of " + ", ".join(p.name for p in known))

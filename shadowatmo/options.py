@@ -7,13 +7,17 @@ import argparse
 import logging
 import os
 import re
+import shutil
 import sys
+import time
 import traceback
 
 from shadowatmo.errors import ShadowAtmoError
 
 FAILED, MISUSED = 1, 2  # exit statuses: something asked for was not done; the command line was wrong
 INTERRUPTED = 130
+BAR_AFTER = 0.5  # s of work before a progress bar appears: what is shorter would only flicker
+BAR_CELLS = 30
 
 
 class Parser(argparse.ArgumentParser):
@@ -57,6 +61,69 @@ def has_display(environment=None, platform=None) -> bool:
     if not (platform or sys.platform).startswith("linux"):
         return True
     return bool(environment.get("DISPLAY") or environment.get("WAYLAND_DISPLAY"))
+
+
+class ProgressBar:
+    """A bar on one line of a terminal, for work that is long enough to wonder about; erased when it ends.
+
+    Call it as bar(label, done, total) after each step; leaving it as a context manager erases what an error left.
+
+    Parameters
+    ----------
+    stream : text file, optional
+        stderr without one. Nothing is written where it is no terminal.
+    wait : callable, optional
+        Called before the clock is read, so that steps that were only queued count when they are done.
+    clock : callable
+        Seconds.
+    """
+
+    def __init__(self, stream=None, wait=None, clock=time.perf_counter):
+        self._stream = sys.stderr if stream is None else stream
+        self._is_terminal = bool(getattr(self._stream, "isatty", bool)())
+        self._wait, self._clock = wait, clock
+        self._start, self._done, self._width = None, 0, 0
+
+    def __call__(self, label, done, total):
+        """Take the end of step `done` of `total`."""
+        if not self._is_terminal:
+            return
+        if self._wait is not None:
+            self._wait()
+        now = self._clock()
+        if self._start is None or done <= self._done:
+            self._start = now
+        self._done = done
+        if done >= total:
+            self._start = None
+            self.erase()
+        elif now - self._start >= BAR_AFTER:
+            filled = BAR_CELLS * done // total
+            text = f"[{'#' * filled}{'.' * (BAR_CELLS - filled)}] {done}/{total} {label}"[: terminal_columns() - 1]
+            self._write(text.ljust(self._width))
+            self._width = len(text)
+
+    def erase(self) -> None:
+        """Blank the line, if there is anything on it."""
+        if self._width:
+            self._write(" " * self._width)
+            self._write("")
+            self._width = 0
+
+    def _write(self, text):
+        self._stream.write(f"\r{text}")
+        self._stream.flush()
+
+    def __enter__(self) -> "ProgressBar":
+        return self
+
+    def __exit__(self, *exception) -> None:
+        self.erase()
+
+
+def terminal_columns() -> int:
+    """Return the width of the terminal, in letters."""
+    return shutil.get_terminal_size().columns
 
 
 def run(program, command, debug=False) -> int:

@@ -5,12 +5,13 @@ from functools import cached_property
 
 from shadowatmo.parameters import Atmosphere, Sun
 from shadowatmo.places import Ground
-from shadowatmo.presets import EARTH, MARS
+from shadowatmo.presets import DENSE_EARTH, EARTH, MARS, THIN_EARTH, TITAN, TOY_PLANET
 from shadowatmo.scene import Scene
 from shadowatmo.surface import Surface
 from shadowatmo.validation import choice
 
 ASTRONOMICAL_UNIT = 1.495978707e11  # m (IAU 2012 resolution B2)
+FAR = 1.35e7 / 6.36e6  # radii above the ground, from where a picture holds the whole planet: 13 500 km on the Earth
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,11 @@ class World:
         """Radius of the ground at altitude 0 [m]."""
         return self.atmosphere.bottom_radius
 
+    @property
+    def far_height(self) -> float:
+        """Height above the ground from where the whole planet is in view [m]."""
+        return FAR * self.radius
+
     @cached_property
     def ground(self) -> Ground:
         """The altitude of the ground, place by place; the height map is read once."""
@@ -51,13 +57,21 @@ class World:
         return Scene(atmosphere=self.atmosphere, suns=sun, surface=self.surface, sun_disc=True)
 
 
-# Distances and days: Williams, Planetary Fact Sheets (NASA).
+# Distances and days: Williams, Planetary Fact Sheets (NASA); Titan's are Saturn's distance and Titan's own orbit. The
+# toy planet borrows the Earth's. Where there is no map, the ground has the atmosphere's mean albedo everywhere.
 WORLDS = {
-    "earth": World("earth", EARTH, Surface.earth(), ASTRONOMICAL_UNIT, 86400.0),
-    "mars": World("mars", MARS, Surface(), 1.5237 * ASTRONOMICAL_UNIT, 88775.2),
+    world.name: world
+    for world in (
+        World("earth", EARTH, Surface.earth(), ASTRONOMICAL_UNIT, 86400.0),
+        World("mars", MARS, Surface(), 1.5237 * ASTRONOMICAL_UNIT, 88775.2),
+        World("thin_earth", THIN_EARTH, Surface.earth(), ASTRONOMICAL_UNIT, 86400.0),
+        World("dense_earth", DENSE_EARTH, Surface.earth(), ASTRONOMICAL_UNIT, 86400.0),
+        World("titan", TITAN, Surface(), 9.58 * ASTRONOMICAL_UNIT, 1.3788e6),
+        World("toy_planet", TOY_PLANET, Surface(), ASTRONOMICAL_UNIT, 86400.0),
+    )
 }
 
 
 def world(name) -> World:
-    """Return a world by its name ("earth", "mars")."""
+    """Return a world by its name, one of WORLDS."""
     return WORLDS[choice("scene", name, tuple(WORLDS))]
