@@ -1,9 +1,9 @@
 """The demo: a window where there is a display, a folder of pictures where there is none.
 
     python demo.py                        look around
-    python demo.py --headless             render the whole set into pictures/
+    python demo.py --headless             render the main set into pictures/, and a sheet of all planets
     python demo.py --only limb_sunset     one picture of it
-    python demo.py --set presets          all planets from space, from within their air, at sunset
+    python demo.py --set presets          the planets in full: from space, from within their air, at sunset
 """
 
 import argparse
@@ -73,18 +73,20 @@ def write_pictures(arguments):
     folder.mkdir(parents=True, exist_ok=True)
     ctx = open_context()
     print(f"{len(chosen)} pictures of {size[0]}x{size[1]} on {ctx.info['GL_RENDERER']}", flush=True)
-    failed = []
+    failed, tried = [], len(chosen)
     with ProgressBar(wait=ctx.finish) as bar:
         done = draw_pictures(ctx, chosen, size, bar, arguments, failed)
         write_sheets(done, folder, arguments)
         if done and not arguments.only and not arguments.set:
             small = (THUMB, max(round(THUMB * size[1] / size[0]), 1))
-            sheet = draw_pictures(ctx, pictures("presets"), small, bar, arguments, failed, keep=False)
+            presets = pictures("presets")
+            sheet = draw_pictures(ctx, presets, small, bar, arguments, failed, keep=False)
+            tried += len(presets)
             write_sheets(sheet, folder, arguments)
     ctx.release()
     print(f"{len(done)} pictures in {folder.resolve()}, {time.perf_counter() - START:.1f} s since the start")
     if failed:
-        print(f"demo.py: {len(failed)} of {len(chosen)} pictures failed: {', '.join(failed)}", file=sys.stderr)
+        print(f"demo.py: {len(failed)} of {tried} pictures failed: {', '.join(failed)}", file=sys.stderr)
     return 1 if failed else 0
 
 

@@ -21,6 +21,10 @@ vec3 clearness(Ray ray, vec2 columns, float t) {
   return exp(-optical_depth(all));
 }
 
+// What keeps few nodes from scattering more light than a piece takes out of a ray: in air so thick that the nodes step over
+// many mean free paths, the orders of scattering would grow without bound.
+vec3 gain(vec3 taken, vec3 lost) { return min(vec3(1.0), max(taken, 0.0) / max(lost, 1.0e-30)); }
+
 // Source [1/sr] times dt/ds at a node; step = densities times dt/ds.
 vec3 node_source(Ray ray, vec2 sun, float t, vec2 step) {
   float altitude = altitude_of(k_along(ray, t));
@@ -38,9 +42,13 @@ void gather_lit(Ray ray, vec2 sun, float near, float far, vec3 kernel, inout Gat
     t[i] = node.x;
     steps[i] = node.y * densities(altitude_of(k_along(ray, node.x)));
   }
+  vec3 radiance = vec3(0.0);
+  vec3 lost = vec3(0.0);
   for (int i = 0; i < NODE_COUNT; ++i) {
     vec2 columns = sum.columns;
     for (int j = 0; j < NODE_COUNT; ++j) columns += CUMULATIVE[i * NODE_COUNT + j] * steps[j];
+    vec3 clear = WEIGHTS[i] * clearness(ray, columns, t[i]);
+    lost += clear * optical_depth(vec3(steps[i], 0.0));
     vec3 source = node_source(ray, sun, t[i], steps[i]);
 #ifdef HAS_AUREOLE
     float k = k_along(ray, t[i]);
@@ -49,9 +57,11 @@ void gather_lit(Ray ray, vec2 sun, float near, float far, vec3 kernel, inout Gat
     vec3 light = exp(-optical_depth(sun_columns));
     source += aureole_source(steps[i].y, y / (u_bottom_radius + altitude_of(k)), light, sun_columns.y, kernel);
 #endif
-    sum.radiance += WEIGHTS[i] * source * clearness(ray, columns, t[i]);
+    radiance += clear * source;
   }
+  vec3 before = clearness(ray, sum.columns, near);
   for (int i = 0; i < NODE_COUNT; ++i) sum.columns += WEIGHTS[i] * steps[i];
+  sum.radiance += radiance * gain(before - clearness(ray, sum.columns, far), lost);
 }
 
 void gather_gap(Ray ray, vec2 sun, float near, float far, inout Gathered sum) {
@@ -63,12 +73,18 @@ void gather_gap(Ray ray, vec2 sun, float near, float far, inout Gathered sum) {
     t[i] = node.x;
     steps[i] = node.y * densities(altitude_of(k_along(ray, node.x)));
   }
+  vec3 radiance = vec3(0.0);
+  vec3 lost = vec3(0.0);
   for (int i = 0; i < GAP_COUNT; ++i) {
     vec2 columns = sum.columns;
     for (int j = 0; j < GAP_COUNT; ++j) columns += GAP_CUMULATIVE[i * GAP_COUNT + j] * steps[j];
-    sum.radiance += GAP_WEIGHTS[i] * node_source(ray, sun, t[i], steps[i]) * clearness(ray, columns, t[i]);
+    vec3 clear = GAP_WEIGHTS[i] * clearness(ray, columns, t[i]);
+    lost += clear * optical_depth(vec3(steps[i], 0.0));
+    radiance += clear * node_source(ray, sun, t[i], steps[i]);
   }
+  vec3 before = clearness(ray, sum.columns, near);
   for (int i = 0; i < GAP_COUNT; ++i) sum.columns += GAP_WEIGHTS[i] * steps[i];
+  sum.radiance += radiance * gain(before - clearness(ray, sum.columns, far), lost);
 }
 
 // The whole path; cuts [m] as in segments.glsl. Branches: for tables and single rays, where most paths have one piece.
@@ -77,6 +93,7 @@ Gathered gather(Ray ray, vec2 sun, vec4 cuts, vec3 kernel) {
   if (cuts.y > cuts.x) gather_lit(ray, sun, cuts.x, cuts.y, kernel, sum);
   if (cuts.z > cuts.y) gather_gap(ray, sun, cuts.y, cuts.z, sum);
   if (cuts.w > cuts.z) gather_lit(ray, sun, cuts.z, cuts.w, kernel, sum);
+  sum.radiance = max(sum.radiance, 0.0);
   return sum;
 }
 #endif

@@ -15,5 +15,6 @@ void main() {
   for (int m = 0; m <= DEGREE; ++m) {
     sum += u_turns[tile.y * (DEGREE + 1) + m] * texelFetch(u_source, ivec2(m * MULTIPLE_POLAR + tile.x, row), 0).rgb;
   }
-  out_table = vec4(sum, 1.0);
+  // A truncated series may dip below zero beside a sharp peak, and dark corners may leave half-float's range.
+  out_table = vec4(clamp(sum, 0.0, 6.0e4), 1.0);
 }

@@ -105,22 +105,24 @@ def _earth():
         ),
         Picture(
             "limb_sunset",
-            "Sunset from 400 km: the sun's disc stands in the air of the limb, ozone keeps the upper layers blue.",
+            "Sunset from 400 km: the sun's disc stands in the air of the limb, ozone keeps the upper layers blue; "
+            "the sea mirrors the glow, the Azores lie dark in it.",
             **_standing("earth", (30, -10, 4e5), (285, -18.4), (290, -19.5), 24),
         ),
         Picture(
             "shadow_side",
-            "The planet's shadow from the side, at 900 km: day ends at a dark cone that cuts through the air.",
+            "The planet's shadow from the side, at 900 km: day ends in violet twilight where the shadow cuts the air.",
             **_standing("earth", (10, 95, 9e5), (276, -4.5), (356, -29), 45),
         ),
         Picture(
             "ground_sunset",
-            "Two metres above the plain of Mendoza: the sun stands 2.3 degrees high, above the Andes.",
+            "Two metres above the plain of Mendoza: the sun stands 2.3 degrees high above the Andes, in a yellow glow "
+            "under a sky that stays gray-blue by light scattered more than once.",
             **_standing("earth", (-33.0, -68.4, 2.0), (264, 2.3), (268, 4), 28),
         ),
         Picture(
             "altitude_10km",
-            "From 10 km over the Red Sea: the distance turns land and water blue, the horizon is 360 km away.",
+            "From 10 km over the Red Sea: haze veils land and water and whitens toward the horizon, 360 km away.",
             **_standing("earth", (28.2, 33.6, 1e4), (110, 35), (330, -14), 60),
         ),
     )
@@ -166,12 +168,13 @@ def _mars():
     return (
         Picture(
             "mars_day",
-            "Mars from 300 km by day: a dusty limb, thin air.",
+            "Mars from 300 km by day: the dusty limb is white toward the sun, on the left, and tan away from it.",
             **_standing("mars", (-12, -70, 3e5), (250, 20), (280, -24), 45),
         ),
         Picture(
             "mars_sunset",
-            "Sunset on Mars from two metres: dust that scatters forward and absorbs blue.",
+            "Sunset on Mars from two metres: dust scatters forward into a wide whitish glow around a small sun; away "
+            "from it the sky is a dim gray-brown.",
             **_standing("mars", (-4.6, 137.4, 2.0), (280, 3), (277, 6), 45),
         ),
     )
@@ -180,13 +183,37 @@ def _mars():
 # Height of the picture from within the air, and what the pictures from space, from there and at sunset show. The height
 # is 20 km where the air is about as thick as the Earth's, and a third of the air's thickness elsewhere.
 _PRESETS = {
-    "earth": (2e4, "20 km", ("x", "x", "x")),
-    "mars": (2e4, "20 km", ("x", "x", "x")),
-    "thin_earth": (2e4, "20 km", ("x", "x", "x")),
-    "dense_earth": (2e4, "20 km", ("x", "x", "x")),
-    "titan": (1.3e5, "130 km, a third of the air,", ("x", "x", "x")),
-    "toy_planet": (660.0, "660 m, a third of the air,", ("x", "x", "x")),
-}
+    "earth": (2e4, "20 km", (
+        "blue haze over Africa, and the sun's glint on the sea off Arabia.",
+        "the Gulf of Suez below a dark blue sky; haze whitens the land toward the horizon.",
+        "a yellow glow around the sun under a gray-blue sky, and its glitter on the sea.",
+    )),
+    "mars": (2e4, "20 km", (
+        "tan ground under thin dust, soft at limb and terminator.",
+        "dust scatters forward; the horizon shines toward the sun, the sky away from it is nearly black.",
+        "a whitish glow of dust around a small sun.",
+    )),
+    "thin_earth": (2e4, "20 km", (
+        "with a fifth of the air the ground keeps its colors, and only the limb is blue.",
+        "a nearly black sky and a thin blue line along the horizon.",
+        "the sun stays white and the sky blue.",
+    )),
+    "dense_earth": (2e4, "20 km", (
+        "five times the air covers the continents with a lilac haze.",
+        "no horizon is left between the haze and the sky.",
+        "blue and green are scattered away, a red glow under a pink sky.",
+    )),
+    "titan": (1.3e5, "130 km, a third of the air,", (
+        "orange haze, so deep that the limb fades gradually.",
+        "haze without a horizon, brightest toward the sun.",
+        "the haze absorbs blue, and hardly any light comes straight; the sky is brightest high above the sun.",
+    )),
+    "toy_planet": (660.0, "660 m, a third of the air,", (
+        "air a fifth of the radius thick wraps a pale ground in blue.",
+        "the horizon is a bow 20 degrees below the eye.",
+        "a pale yellow glow, and a horizon that bends down at the sides.",
+    )),
+}  # fmt: skip
 
 
 def _presets():

@@ -1,5 +1,6 @@
 """The command line `shadowatmo`: what it makes of its options, its exit statuses and its one-line errors."""
 
+import io
 import math
 import os
 import subprocess
@@ -13,9 +14,11 @@ from PIL import Image
 import shadowatmo
 from shadowatmo.__main__ import build_parser, main, make_view
 from shadowatmo.errors import ContextError, ParameterError
-from shadowatmo.options import explain, has_display, run, size
+from shadowatmo.options import ProgressBar, explain, has_display, run, size
 from shadowatmo.places import azimuth_elevation
 from shadowatmo.presets import MARS
+from shadowatmo.quality import METHODS
+from shadowatmo.worlds import WORLDS
 
 ROOT = Path(__file__).resolve().parent.parent
 R = 6.36e6
@@ -42,6 +45,14 @@ def test_without_options_the_whole_earth_is_in_view():
     assert math.asin(scene.atmosphere.top_radius / distance) < camera.vertical_fov / 2
     assert scene.surface is not None
     assert np.dot(camera.position, scene.suns[0].direction) > 0  # by day
+
+
+@pytest.mark.parametrize("name", WORLDS)
+def test_every_planet_is_in_view_without_options(name):
+    scene, camera = view("--scene", name)
+    atmosphere, distance = scene.atmosphere, math.hypot(*camera.position)
+    assert atmosphere is WORLDS[name].atmosphere and camera.target == (0, 0, 0)
+    assert 0.3 < math.asin(atmosphere.bottom_radius / distance) / (camera.vertical_fov / 2) < 1
 
 
 def test_altitude_counts_from_the_ground():
@@ -137,6 +148,72 @@ def test_has_display(environment, platform, expected):
     assert has_display(environment, platform) is expected
 
 
+# --- progress
+
+
+class Screen(io.StringIO):
+    """A terminal that remembers; `line` is what its one line shows."""
+
+    terminal = True
+
+    def isatty(self):
+        return self.terminal
+
+    @property
+    def line(self):
+        shown = ""
+        for text in self.getvalue().split("\r"):
+            shown = text + shown[len(text) :]
+        return shown.rstrip()
+
+
+def steps(bar, clock, count, seconds):
+    """Do `count` steps of equal length; return the line after each."""
+    lines = []
+    for done in range(1, count + 1):
+        clock[0] += seconds
+        bar("table", done, count)
+        lines.append(bar._stream.line)
+    return lines
+
+
+def test_a_long_computation_shows_a_bar_and_leaves_nothing():
+    clock = [0.0]
+    bar = ProgressBar(Screen(), clock=lambda: clock[0])
+    lines = steps(bar, clock, 20, 0.1)
+    assert not any(lines[:5])  # not before half a second
+    assert all("table" in line and f"{n}/20" in line for n, line in list(enumerate(lines, 1))[6:19])
+    assert lines[18].count("#") > lines[8].count("#") > 0
+    assert lines[19] == "" and "\n" not in bar._stream.getvalue()
+
+
+def test_short_computations_show_no_bar_however_many():
+    clock = [0.0]
+    bar = ProgressBar(Screen(), clock=lambda: clock[0])
+    for _ in range(5):
+        steps(bar, clock, 4, 0.1)
+    assert not bar._stream.getvalue()
+
+
+def test_no_bar_without_a_terminal():
+    clock, stream = [0.0], Screen()
+    stream.terminal = False
+    bar = ProgressBar(stream, wait=lambda: pytest.fail("work was waited for"), clock=lambda: clock[0])
+    steps(bar, clock, 20, 1.0)
+    assert not stream.getvalue()
+
+
+def test_an_error_erases_the_bar():
+    clock = [0.0]
+    with pytest.raises(ZeroDivisionError), ProgressBar(Screen(), clock=lambda: clock[0]) as bar:
+        for done in (1, 2, 3):
+            clock[0] += 1.0
+            bar("table", done, 9)
+        assert bar._stream.line
+        raise ZeroDivisionError
+    assert not bar._stream.line
+
+
 # --- errors
 
 
@@ -219,6 +296,21 @@ def test_exposure_and_method_matter(same_context, tmp_path):
         with Image.open(tmp_path / f"{name}.png") as image:
             means[name] = np.asarray(image).mean()
     assert means["brighter"] > means["plain"] + 1 and abs(means["widths"] - means["plain"]) > 1
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_method_is_a_choice(method):
+    assert build_parser().parse_args(["render", "-o", "x.png", "--method", method]).method == method
+
+
+def test_no_cache_keeps_nothing_on_disk(same_context, tmp_path, monkeypatch):
+    tables = tmp_path / "tables"
+    monkeypatch.setenv("SHADOWATMO_CACHE_DIR", str(tables))
+    line = ["render", "-o", str(tmp_path / "x.png"), *SMALL]
+    assert main([*line, "--no-cache"]) == 0
+    assert not tables.exists()
+    assert main(line) == 0
+    assert list(tables.glob("*.table"))
 
 
 def test_a_bad_exposure_is_refused(same_context, tmp_path, capsys):

@@ -10,8 +10,10 @@ from shadowatmo.camera import Camera
 from shadowatmo.controls import KEYS, Controls, distance, key_names
 from shadowatmo.errors import ParameterError
 from shadowatmo.places import azimuth_elevation
+from shadowatmo.quality import METHODS
 from shadowatmo.rigs import FlyRig, OrbitRig
 from shadowatmo.scene import Scene
+from shadowatmo.worlds import WORLDS
 
 
 def tap(controls, *keys):
@@ -116,10 +118,15 @@ def test_quality_keys_go_round():
         tap(controls, "n")
         seen.append((controls.quality.depth, controls.quality.depth_bits))
     assert seen == [("textures", 24), ("analytic", 32), ("textures", 32)]
-    tap(controls, "m", "k")
-    assert (controls.quality.method, controls.quality.shadow) == ("widths", "cone")
-    tap(controls, "m", "k")
-    assert (controls.quality.method, controls.quality.shadow) == ("segments", "cylinder")
+    tap(controls, "k")
+    assert controls.quality.shadow == "cone"
+    tap(controls, "k")
+    assert controls.quality.shadow == "cylinder"
+    methods = []
+    for _ in METHODS:
+        tap(controls, "m")
+        methods.append(controls.quality.method)
+    assert sorted(methods) == sorted(METHODS) and methods[-1] == "segments"  # each once, and back where it began
 
 
 def test_automatic_exposure_is_taken_at_once_and_then_followed_slowly():
@@ -148,7 +155,27 @@ def test_planet_and_start_keys():
     assert controls.scene_name == "mars" and "mars" in controls.status()
     controls.wheel(5)
     tap(controls, "r")
-    assert controls.rig.height == 1.35e7
+    assert controls.rig.height == pytest.approx(controls.world.far_height)
+
+
+@pytest.mark.parametrize("name", WORLDS)
+def test_every_planet_is_whole_in_its_first_view(name):
+    controls = Controls(name)
+    camera, radius = controls.camera(), controls.world.radius
+    position = np.array(camera.position)
+    away = np.linalg.norm(position)
+    assert np.dot(camera.forward, position) / away == pytest.approx(-1.0)  # its center is in the middle
+    size = math.asin(radius / away) / (camera.vertical_fov / 2.0)
+    assert 0.6 < size < 1.0  # it fills the picture's height, but not more
+    assert np.dot(controls.sun.direction, position) > 0.0  # by day
+
+
+def test_the_planet_key_shows_all_of_them():
+    controls, seen = Controls(), []
+    for _ in WORLDS:
+        tap(controls, "p")
+        seen.append(controls.scene_name)
+    assert sorted(seen) == sorted(WORLDS) and seen[-1] == "earth"
 
 
 def test_wishes():

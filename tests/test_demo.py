@@ -14,6 +14,7 @@ import shadowatmo
 from shadowatmo.errors import ParameterError
 from shadowatmo.false_color import contact_sheet, false_color, font, left_half, metres, round_up, widths_image, wrap
 from shadowatmo.gallery import pictures, select
+from shadowatmo.worlds import WORLDS
 
 ROOT = Path(__file__).resolve().parent.parent
 SIZE = (161, 91)  # odd on purpose: nothing may lean on even sizes
@@ -21,6 +22,7 @@ WANTED = {  # what the project promises to show
     "earth_orbit_day", "limb_sunset", "night_ring", "shadow_side", "ground_sunset", "altitude_10km", "widths",
     "mars_day", "mars_sunset", "method_widths", "camera_inside_cone", "very_close",
 }  # fmt: skip
+PRESETS = {f"{world}_{shown}" for world in WORLDS for shown in ("space", "aloft", "low_sun")}
 
 
 def load_demo():
@@ -41,14 +43,40 @@ def demo_command(*options, **changes):
 # --- the set as data
 
 
-def test_the_set_is_whole():
-    names = [p.name for p in pictures()]
-    assert set(names) == WANTED and len(names) == len(set(names))
-    assert all(p.caption for p in pictures())
+@pytest.mark.parametrize("which, wanted", [("main", WANTED), ("presets", PRESETS), ("all", WANTED | PRESETS)])
+def test_the_set_is_whole(which, wanted):
+    names = [p.name for p in pictures(which)]
+    assert set(names) == wanted and len(names) == len(set(names))
+    assert all(p.caption.endswith(".") for p in pictures(which))
+
+
+def test_an_unknown_set_is_refused():
+    with pytest.raises(ParameterError, match="presets"):
+        pictures("planets")
+
+
+@pytest.mark.parametrize("name", WORLDS)
+def test_preset_pictures_name_their_preset_and_their_height(name):
+    space, aloft, low_sun = (p for p in pictures("presets") if p.scene.atmosphere is WORLDS[name].atmosphere)
+    assert WORLDS[name].atmosphere is getattr(shadowatmo, name.upper())
+    assert all(p.caption.startswith(f"{name.upper()} from ") for p in (space, aloft, low_sun))
+    world = WORLDS[name]
+    heights = [
+        np.linalg.norm(p.camera.position) - world.radius - world.ground.altitude(p.camera.position)
+        for p in (aloft, low_sun)
+    ]
+    thickness = world.atmosphere.top_radius - world.radius
+    words = "660 m, a third" if name == "toy_planet" else "130 km, a third" if name == "titan" else "20 km"
+    assert words in aloft.caption
+    assert heights[0] == pytest.approx(2e4 if words == "20 km" else thickness / 3.0, rel=0.03)
+    assert heights[1] == pytest.approx(2.0, abs=1e-3)  # m
+    assert np.linalg.norm(space.camera.position) > world.atmosphere.top_radius
 
 
 def test_select():
     assert [p.name for p in select(["widths", "limb_sunset"])] == ["limb_sunset", "widths"]
+    assert [p.name for p in select(["titan_space", "widths"])] == ["widths", "titan_space"]
+    assert select() == pictures() and select(None, "presets") == pictures("presets")
     with pytest.raises(ParameterError, match="limb_sunset"):
         select(["limb_sunrise"])
 
@@ -73,7 +101,7 @@ def frames(ctx):
 
     found = {}
     with Gallery(ctx, SIZE) as gallery:
-        for picture in pictures():
+        for picture in pictures("all"):
             image = np.asarray(gallery.draw(picture))
             frame = gallery._frame(picture, picture.quality)
             widths = (frame.read(name)[..., 0] for name in ("lit_width", "shadow_width"))
@@ -81,7 +109,7 @@ def frames(ctx):
     return found
 
 
-@pytest.mark.parametrize("name", sorted(WANTED))
+@pytest.mark.parametrize("name", sorted(WANTED | PRESETS))
 def test_every_picture_is_finite_and_not_black(frames, name):
     radiance, lit, shadow, image = frames[name]
     assert image.shape == (SIZE[1], SIZE[0], 3)
@@ -146,6 +174,35 @@ def test_no_picture_is_mostly_white(frames):
         assert (image.min(axis=2) > 250).mean() < 0.2, name
 
 
+def colors(frames, name):
+    """Return the mean linear color (3,) of a picture's middle third, as shares of their sum."""
+    radiance = frames[name][0]
+    mean = radiance[SIZE[1] // 3 : -SIZE[1] // 3, SIZE[0] // 3 : -SIZE[0] // 3].mean(axis=(0, 1))
+    return mean / mean.sum()
+
+
+def test_planets_have_their_colors(frames):
+    red, _, blue = colors(frames, "titan_aloft")
+    assert red > 2 * blue
+    assert colors(frames, "mars_space")[0] > 1.5 * colors(frames, "mars_space")[2]
+    assert colors(frames, "toy_planet_space")[2] > colors(frames, "toy_planet_space")[0]
+
+
+def test_denser_air_veils_the_ground(frames):
+    """Contrast of Africa from space: the thicker the air, the less."""
+    contrast = []
+    for name in ("thin_earth_space", "earth_space", "dense_earth_space"):
+        middle = frames[name][0][30:60, 65:95, 0]
+        contrast.append(middle.std() / middle.mean())
+    assert contrast[0] > contrast[1] > contrast[2]
+
+
+def test_denser_air_reddens_the_low_sun(frames):
+    sky = [frames[f"{name}_low_sun"][0][30, 80] for name in ("thin_earth", "earth", "dense_earth")]
+    shares = [color[0] / color[2] for color in sky]
+    assert shares[0] < shares[1] < shares[2]
+
+
 # --- false color and sheet
 
 
@@ -189,6 +246,50 @@ def test_wrap():
 # --- the script
 
 
+@pytest.fixture
+def instant(ctx, monkeypatch):
+    """The script in this process, with the context that there is and pictures without drawing."""
+    from shadowatmo.passes.gallery import Gallery
+
+    monkeypatch.setattr(Gallery, "draw", lambda self, picture: Image.new("RGB", self.size, (9, 9, 9)))
+    monkeypatch.setattr(shadowatmo, "open_context", lambda: ctx, raising=False)
+    monkeypatch.setattr(type(ctx), "release", lambda self: None)
+
+
+@pytest.mark.parametrize(
+    "options, names, sheets",
+    [
+        (("--headless",), WANTED, {"contact_sheet", "contact_sheet_presets"}),
+        (("--set", "main"), WANTED, {"contact_sheet"}),
+        (("--set", "presets"), PRESETS, {"contact_sheet_presets"}),
+        (("--set", "all"), WANTED | PRESETS, {"contact_sheet", "contact_sheet_presets"}),
+        (("--only", "titan_space,mars_day"), {"titan_space", "mars_day"}, {"contact_sheet"}),
+    ],
+    ids=["default", "main", "presets", "all", "only"],
+)
+@pytest.mark.usefixtures("instant")
+def test_sets_and_their_sheets(options, names, sheets, tmp_path):
+    assert load_demo().main([*options, "--size", "64x36", "--out", str(tmp_path)]) == 0
+    assert {p.stem for p in tmp_path.iterdir()} == names | sheets
+
+
+def test_no_cache_and_method_reach_the_renderer(ctx, tmp_path, monkeypatch):
+    from shadowatmo.passes import gallery
+
+    made = []
+
+    def renderer(ctx, scene, size, quality, **options):
+        made.append((quality.method, options["cache"]))
+        raise ParameterError("size", size, "nothing: this is a test")
+
+    monkeypatch.setattr(gallery, "Renderer", renderer)
+    monkeypatch.setattr(shadowatmo, "open_context", lambda: ctx, raising=False)
+    monkeypatch.setattr(type(ctx), "release", lambda self: None)
+    for options in ((), ("--no-cache", "--method", "table4d")):
+        assert load_demo().main(["--only", "mars_day", *options, "--out", str(tmp_path)]) == 1
+    assert made == [("segments", True), ("table4d", False)]
+
+
 @pytest.mark.usefixtures("ctx")
 def test_demo_writes_what_was_asked_for(tmp_path):
     done = demo_command("--only", "night_ring,mars_day", "--size", "97x55", "--quality", "fast", "--out", tmp_path)
@@ -206,7 +307,7 @@ def test_demo_writes_what_was_asked_for(tmp_path):
 
 def test_list(capsys):
     assert load_demo().main(["--list"]) == 0
-    assert {line.split()[0] for line in capsys.readouterr().out.splitlines()} == WANTED
+    assert {line.split()[0] for line in capsys.readouterr().out.splitlines()} == WANTED | PRESETS
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from PIL import Image
 
 from shadowatmo.controls import HELP, KEYS, Controls
+from shadowatmo.quality import METHODS
 
 ROOT = Path(__file__).resolve().parent.parent
 SIZE = (96, 54)
@@ -32,6 +34,11 @@ def viewer(ctx):
     made = Viewer(ctx, controls)
     yield made
     made.close()
+
+
+@pytest.fixture
+def fresh_cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("SHADOWATMO_CACHE_DIR", str(tmp_path / "tables"))
 
 
 def pixels(framebuffer):
@@ -110,6 +117,36 @@ def test_every_mode_draws(viewer, screen, key):
     viewer.controls.press(key)
     viewer.draw(screen, SIZE, 0.1)
     assert pixels(screen)[20:34, 40:56].mean() > 10
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.usefixtures("fresh_cache")
+def test_frames_do_not_wait_for_tables(viewer, screen, monkeypatch, method):
+    """Without a kept table the first frame is there before the table is."""
+    from shadowatmo.passes.tables import TableKeeper
+
+    spent, advance = [], TableKeeper._advance
+
+    def timed(self):
+        steps = len(self._steps)
+        advance(self)
+        spent.append((steps, self._done, self.budget))
+
+    monkeypatch.setattr(TableKeeper, "_advance", timed)
+    viewer.controls.quality = replace(viewer.controls.quality, method=method)
+    viewer.draw(screen, SIZE, 0.0)
+    assert spent and all(steps > done > 0 and budget == 0.03 for steps, done, budget in spent)
+    assert pixels(screen).shape == (SIZE[1], SIZE[0], 3)
+
+
+def test_the_cache_can_be_switched_off(ctx, screen):
+    from shadowatmo.passes.viewer import Viewer
+
+    for cache in (True, False):
+        viewer = Viewer(ctx, Controls(quality="fast", cache=cache))
+        viewer.draw(screen, SIZE, 0.0)
+        assert (viewer._renderer._cache is not None) == cache
+        viewer.close()
 
 
 def test_pictures_are_numbered(viewer, screen, tmp_path):
