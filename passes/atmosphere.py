@@ -77,7 +77,8 @@ class AtmosphereComposite(RenderPass):
         )
         if "multiple_view" in textures and view.quality.method == "segments":
             method_defines = {**method_defines, **view_defines(view)}
-            method_uniforms = {**method_uniforms, **multiple_uniforms(view.scene.atmosphere), **view_uniforms(view, sun)}
+            more = {**multiple_uniforms(view.scene.atmosphere), **view_uniforms(view, sun)}
+            method_uniforms = {**method_uniforms, **more}
             method_samplers = {**method_samplers, "u_multiple_view": textures["multiple_view"]}
         if not first:
             self.ctx.enable(moderngl.BLEND)

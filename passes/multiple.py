@@ -221,7 +221,7 @@ class _Solve:
         self.gatherings = first, first if recipe.later == recipe.first else _Gathering(self, recipe.later)
         altitude = multiple.height_of(atmosphere, np.linspace(0.0, 1.0, recipe.heights))
         self.mixture = self.texture(multiple.mixed_moments(atmosphere, altitude, recipe.degree)[:, self.l])
-        self.polar = self.texture(harmonics.polar_basis(np.linspace(-1.0, 1.0, recipe.polar), recipe.degree))
+        self.polar = self.texture(harmonics.polar_basis(multiple.polar_nodes(recipe.polar), recipe.degree))
         azimuth = np.linspace(0.0, np.pi, recipe.azimuths)
         self.turns = np.cos(np.outer(azimuth, np.arange(recipe.degree + 1))).ravel()
         self.all_moments = self.target((self.count, self.rows * recipe.orders))

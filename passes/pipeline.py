@@ -210,13 +210,13 @@ class Renderer:
         if "atmosphere_back_depth" in self._passes:
             self._passes["atmosphere_back_depth"].draw(view, textures)
         # The first sun comes last, so that the textures of widths that remain are its own.
-        for number, sun in enumerate(reversed(self.scene.suns)):
+        for place, sun in enumerate(reversed(self.scene.suns)):
             for name in ("shadow_back_depth", "shadow_front_depth", "widths"):
                 if name in self._passes:
                     self._passes[name].draw(view, textures, sun)
             if "multiple_view" in self._passes and "multiple_table" in textures:
                 self._passes["multiple_view"].draw(view, textures, sun, RECIPES[self.quality.multiple])
-            self._passes["atmosphere"].draw(view, textures, sun, first=number == 0)
+            self._passes["atmosphere"].draw(view, textures, sun, first=place == 0)
         return textures
 
     def _copy(self, texture, framebuffer):

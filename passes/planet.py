@@ -129,7 +129,7 @@ class Planet(RenderPass):
 
 
 class Relief:
-    """The displaced relief about the point below the camera, out to where the highest of it sinks behind the horizon."""
+    """The displaced relief about the point below the camera, out to where its highest sinks behind the horizon."""
 
     def __init__(self, ctx, maps):
         self.ctx, self.maps = ctx, maps
@@ -170,7 +170,7 @@ def dip(radius, altitude) -> float:
 
 
 def fan_angle(view, highest) -> float | None:
-    """Return the angle from the nadir [rad] of a fan that covers the planet with its relief; None: the whole picture."""
+    """Return the angle from the nadir [rad] of a fan over the planet and its relief; None: the whole picture."""
     radius = view.scene.atmosphere.bottom_radius
     if view.altitude <= 0.0:
         return None

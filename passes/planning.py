@@ -73,6 +73,7 @@ def make_plan(scene, quality) -> Plan:
         "table4d": "two lookups a path, two more where the planet's shadow cuts it",
         "widths": "brightness by widths, the published formula",
     }[quality.method]
-    add(True, AtmosphereComposite, f"{how} ({suns})", "", (*AtmosphereComposite.inputs, *background, *MultipleView.outputs * gathered))
+    inputs = (*AtmosphereComposite.inputs, *background, *(MultipleView.outputs if gathered else ()))
+    add(True, AtmosphereComposite, f"{how} ({suns})", "", inputs)
     left_out.append(Step(Tonemap.name, "runs when a picture is asked for; frames are scene-linear"))
     return Plan(tuple(steps), tuple(left_out))

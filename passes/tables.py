@@ -1,4 +1,4 @@
-"""Precomputed tables of a renderer: kept while the air stays the same, read from disk, or computed a slice at a time."""
+"""Precomputed tables of a renderer: kept while the air stays the same, read from disk, or computed in slices."""
 
 import time
 

@@ -50,7 +50,7 @@ const vec2 TILES = vec2(float(MULTIPLE_POLAR), float(MULTIPLE_AZIMUTHS));
 vec3 multiple_radiance(float altitude, float mu_s, float mu, float nu) {
   // between the centers of the first and last texel, so that no tile reaches into the next
   vec2 inside = 0.5 + vec2(sun_coordinate(mu_s), height_coordinate(altitude)) * (TILE - 1.0);
-  vec2 place = vec2(clamp(0.5 + 0.5 * mu, 0.0, 1.0), azimuth_coordinate(mu, mu_s, nu)) * (TILES - 1.0);
+  vec2 place = vec2(1.0 - angle_over_pi(clamp(mu, -1.0, 1.0)), azimuth_coordinate(mu, mu_s, nu)) * (TILES - 1.0);
   vec2 cell = min(floor(place), TILES - 2.0);
   vec2 part = place - cell;
   vec2 corner = (cell * TILE + inside) / (TILE * TILES);

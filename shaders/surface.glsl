@@ -26,7 +26,7 @@ uniform sampler2D u_relief_map;  // slope to the east, slope to the north, altit
 #endif
 
 #ifdef HAS_WATER
-const float SEA_SHORE = 12.0;  // m; half a level of an 8-bit height map
+const float SEA_SHORE = 25.0;  // m; a level of an 8-bit height map
 
 // Light of sun and sky that the sea mirrors into the eye. to_eye = unit vector, sunlight = transmittance to the sun or 0.
 vec3 mirrored(vec3 up, vec3 to_eye, vec3 sun, vec3 sunlight) {
@@ -39,7 +39,13 @@ vec3 mirrored(vec3 up, vec3 to_eye, vec3 sun, vec3 sunlight) {
   eclipse_base = up * u_bottom_radius;
   eclipse_direction = reflected;
 #endif
-  vec3 light = fresnel(mu) * sky(above, mu_s, dot(reflected, sun)).radiance;
+  Scattered mirror = sky(above, mu_s, dot(reflected, sun));
+  vec3 light = fresnel(mu) * mirror.radiance;
+#ifdef HAS_MULTIPLE
+  // All further orders by the source at the water: near the ground it changes slowly along a path.
+  vec3 source = multiple_radiance(0.0, mu_s, above, dot(reflected, sun));
+  light += fresnel(mu) * source * (1.0 - mirror.transmittance);
+#endif
   return mu_s > 0.0 ? light + sunlight * mu_s * glint(mu, max(mu_s, 0.01), dot(to_eye, sun)) : light;
 }
 #endif

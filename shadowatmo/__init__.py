@@ -33,7 +33,8 @@ _LAZY = {  # public name -> module that needs OpenGL, or is large
 
 __all__ = [
     "DENSE_EARTH", "EARTH", "MARS", "THIN_EARTH", "TITAN", "TOY_PLANET", "Atmosphere", "Camera", "ContextError",
-    "DepthConvention", "Frame", "Occluder", "ParameterError", "PassError", "Quality", "Renderer", "Scene", "ShaderError", "ShadowAtmoError", "Sun", "Surface", "TentLayer",
+    "DepthConvention", "Frame", "Occluder", "ParameterError", "PassError", "Quality",
+    "Renderer", "Scene", "ShaderError", "ShadowAtmoError", "Sun", "Surface", "TentLayer",
     "open_context", "probe", "reference", "sun_visibility",
 ]  # fmt: skip
 

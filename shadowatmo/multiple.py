@@ -108,7 +108,7 @@ class Piece:
 
     rays : (P,) which paths; weight : (P, n, 3) [m], times the transmittance to the eye; density : (P, n, 2);
     altitude [m], mu, mu_s : (P, n); light : (P, n, 3) transmittance to the sun, 0 in shadow; sun_column : (P, n) [m] of
-    aerosols towards the sun.
+    aerosols towards the sun; gain : (P, 3), see `gain`.
     """
 
     rays: np.ndarray
@@ -119,6 +119,15 @@ class Piece:
     mu_s: np.ndarray
     light: np.ndarray
     sun_column: np.ndarray
+    gain: np.ndarray
+
+
+def gain(taken, lost):
+    """Return what keeps few nodes from scattering more light than a piece takes out of a ray, at most 1.
+
+    In air so thick that the nodes step over many mean free paths, the orders of scattering would grow without bound.
+    """
+    return np.minimum(1.0, np.maximum(taken, 0.0) / np.maximum(lost, DARK))
 
 
 def path_pieces(atmosphere, ray, sun_height, nu, cuts, nodes, gap_nodes):
@@ -151,29 +160,37 @@ def _piece(atmosphere, ray, rays, sun, ends, count, lit, columns):
     altitude = altitude_of(atmosphere, k)
     density = densities(atmosphere, altitude)[..., :2]
     steps = density * dt[..., None]
-    before = np.zeros((*t.shape, 3))
+    before, ends_columns = np.zeros((*t.shape, 3)), np.zeros((len(rays), 2, 3))
+    ends_columns[:, 0, :2] = columns[rays, :2]
     before[..., :2] = columns[rays, None, :2] + np.einsum("ij,njs->nis", cumulative_matrix(count), steps)
     columns[rays, :2] += np.einsum("j,njs->ns", weights, steps)
+    ends_columns[:, 1, :2] = columns[rays, :2]
     if atmosphere.ozone is not None:
         tangent_k = np.broadcast_to(ray.tangent_k[:, None], t.shape)
         crossings = ozone_crossings(atmosphere, tangent_k)
         start = ozone_to(atmosphere, tangent_k, crossings, np.broadcast_to(ray.x[:, None], t.shape))
         before[..., 2] = ozone_to(atmosphere, tangent_k, crossings, ray.x[:, None] + t) - start
+        x = ray.x[:, None] + np.stack(ends, axis=1)
+        ends_columns[..., 2] = ozone_to(atmosphere, tangent_k[:, :2], crossings[:, :2], x) - start[:, :2]
     r = atmosphere.bottom_radius + altitude
     y = sun[0][:, None] + sun[1][:, None] * t
     light, sun_column = np.zeros((*t.shape, 3)), np.zeros(t.shape)
     if lit:
         sun_columns = columns_to_top(atmosphere, k, y)
         light, sun_column = np.exp(-sun_columns @ extinction(atmosphere)), sun_columns[..., 1]
+    weight = (weights * dt)[..., None] * np.exp(-before @ extinction(atmosphere))
+    clear = np.exp(-ends_columns @ extinction(atmosphere))
+    lost = np.sum(weight * (density @ extinction(atmosphere)[:2]), axis=1)
     return Piece(
         rays=rays,
-        weight=(weights * dt)[..., None] * np.exp(-before @ extinction(atmosphere)),
+        weight=weight,
         density=density,
         altitude=altitude,
         mu=(ray.x[:, None] + t) / r,
         mu_s=y / r,
         light=light,
         sun_column=sun_column,
+        gain=gain(clear[:, 0] - clear[:, 1], lost),
     )
 
 
@@ -216,8 +233,8 @@ class Gather:
         for piece in self.pieces:
             nu = np.broadcast_to(self.nu[piece.rays, None], piece.mu.shape)
             source = table.source(piece.altitude, piece.mu_s, piece.mu, nu)
-            radiance[piece.rays] += np.sum(piece.weight * source, axis=1)
-        return radiance + self._ground(table.ground_irradiance(self.ground_sun))
+            radiance[piece.rays] += piece.gain * np.sum(piece.weight * source, axis=1)
+        return np.maximum(radiance, 0.0) + self._ground(table.ground_irradiance(self.ground_sun))
 
     def _ground(self, irradiance):
         albedo = np.array(self.atmosphere.ground_albedo)
@@ -252,6 +269,11 @@ def point_paths(atmosphere, altitude, mu, mu_s, nu):
     return ray, -z, np.stack([np.zeros_like(end), dark, np.clip(stop, dark, end), end], axis=1), hits
 
 
+def polar_nodes(count) -> np.ndarray:
+    """Return the table's cosines of the view's zenith angle: even in the angle, smooth straight up and down."""
+    return -np.cos(np.linspace(0.0, np.pi, count))
+
+
 class MultipleTable:
     """The source of a radiance field, for lookups; the field's own order is whatever its moments hold.
 
@@ -271,10 +293,11 @@ class MultipleTable:
         altitude = height_of(atmosphere, np.linspace(0.0, 1.0, recipe.heights))
         mean = np.maximum(moments[:, :, 0] / math.sqrt(4.0 * np.pi), DARK)
         scaled = moments / mean[:, :, None] * mixed_moments(atmosphere, altitude, recipe.degree)[:, None, l]
-        basis = polar_basis(np.linspace(-1.0, 1.0, recipe.polar), recipe.degree)
+        basis = polar_basis(polar_nodes(recipe.polar), recipe.degree)
         turns = np.cos(np.outer(np.linspace(0.0, np.pi, recipe.azimuths), np.arange(recipe.degree + 1)))
         per_m = [scaled[:, :, m == n].transpose(0, 1, 3, 2) @ basis[:, m == n].T for n in range(recipe.degree + 1)]
-        self.values = np.einsum("mhsci,am->hsiac", np.stack(per_m), turns)
+        # A truncated series may dip below zero beside a sharp peak.
+        self.values = np.clip(np.einsum("mhsci,am->hsiac", np.stack(per_m), turns), 0.0, 6e4)
         self.level = np.log(mean)
         self.ground = np.log(np.maximum(irradiance, DARK))
 
@@ -283,7 +306,7 @@ class MultipleTable:
         units = [
             height_coordinate(self.atmosphere, altitude),
             sun_coordinate(self.atmosphere, mu_s),
-            0.5 + 0.5 * np.clip(mu, -1.0, 1.0),
+            1.0 - np.arccos(np.clip(mu, -1.0, 1.0)) / np.pi,
             azimuth_coordinate(mu, mu_s, nu),
         ]
         beta = densities(self.atmosphere, altitude)[..., :2] @ scattering(self.atmosphere)
@@ -353,5 +376,5 @@ def scatter_multiple(table, ray, sun_height, nu, cuts, nodes=16, gap_nodes=8):
         source = source + aureole_source(
             atmosphere, piece.density[..., 1], piece.mu_s, piece.light, piece.sun_column, kernel[piece.rays, None]
         )
-        radiance[piece.rays] += np.sum(piece.weight * source, axis=1)
-    return radiance, np.exp(-columns @ extinction(atmosphere))
+        radiance[piece.rays] += piece.gain * np.sum(piece.weight * source, axis=1)
+    return np.maximum(radiance, 0.0), np.exp(-columns @ extinction(atmosphere))

@@ -92,7 +92,7 @@ class Atmosphere:
             instance("ozone", self.ozone, TentLayer, "None or a TentLayer")
             lowest = self.ozone.center - self.ozone.half_width
             if lowest <= -bottom:
-                raise ParameterError("ozone", self.ozone, f"a layer that begins above the planet's center, {-bottom:g} m")
+                raise ParameterError("ozone", self.ozone, f"a layer that begins above the center, at {-bottom:g} m")
         if any(s > e * (1 + 1e-12) for s, e in zip(self.mie_scattering, self.mie_extinction, strict=True)):
             raise ParameterError(
                 "mie_scattering", self.mie_scattering, f"at most mie_extinction = {self.mie_extinction} in each channel"

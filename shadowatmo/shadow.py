@@ -17,7 +17,7 @@ UMBRA, ANTUMBRA = 1.0, -1.0  # which nappe of the cone
 
 @dataclass(frozen=True)
 class Cone:
-    """rho <= radius + excess - z slope for z in [near, far] along the axis, away from the sun; all [m] but the slope."""
+    """rho <= radius + excess - z slope for z in [near, far] along the axis, away from the sun; [m], slope apart."""
 
     radius: float
     slope: float = 0.0

@@ -9,7 +9,7 @@ import pytest
 
 import shadowatmo as sa
 from shadowatmo import harmonics, multiple
-from shadowatmo.multiple import Gather, MultipleTable, scatter_multiple, solve
+from shadowatmo.multiple import Gather, MultipleTable, polar_nodes, scatter_multiple, solve
 from shadowatmo.multiple_recipes import RECIPES, Effort, Recipe
 from shadowatmo.passes.constants import medium_defines, medium_uniforms, segment_uniforms, transmittance_defines
 from shadowatmo.passes.gl.shader import bind_textures
@@ -133,7 +133,7 @@ def test_moments_act_like_the_integral(rng):
     polar, turns = 2 * nodes - 1, 2 * np.pi * (np.arange(80) + 0.5) / 80
     sine = np.sqrt(1 - polar * polar)
     for i, j in ((0, 1), (4, 2), (8, 4)):
-        view, turn = np.linspace(-1, 1, 9)[i], np.linspace(0, np.pi, 5)[j]
+        view, turn = polar_nodes(9)[i], np.linspace(0, np.pi, 5)[j]
         nu = polar[:, None] * view + np.outer(sine * np.sqrt(1 - view * view), np.cos(turns - turn))
         phase = [rayleigh_phase(nu), np.polynomial.legendre.legval(nu, harmonics.band_coefficients(air.mie_g, 8))]
         light = field(polar[:, None], np.outer(sine, np.cos(turns)))

@@ -68,7 +68,7 @@ def test_camera_inside_the_shadow_sees_no_cap(ctx):
 
 @pytest.mark.parametrize("depth_bits", [32, 24])
 def test_camera_in_the_shadow_above_the_air(ctx, depth_bits):
-    """Nothing of the shadow's front is in view, in neither kind of depth; the ground's side of it is dark all the same."""
+    """Nothing of the shadow's front is in view, in neither kind of depth; the ground's side of it is dark."""
     r = EARTH.atmosphere.bottom_radius
     camera = sa.Camera(position=(-0.2 * r, 0.995 * r, 0), target=(0.3 * r, 0.95 * r, 0), up=(0, 1, 0), vertical_fov=0.7)
     with sa.Renderer(ctx, sa.Scene(suns=SUN), SIZE, sa.Quality(depth_bits=depth_bits)) as renderer:

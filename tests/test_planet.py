@@ -28,7 +28,7 @@ def test_polar_grid_covers_the_disc():
 
 
 def test_uniform_ground_is_sunlight_and_skylight(ctx):
-    """Straight down from 100 m the pixel holds what the probe finds along its ray, all orders and the ground's light."""
+    """Straight down from 100 m the pixel holds what the probe finds along its ray, the ground's light included."""
     scene = sa.Scene(suns=SUN, surface=sa.Surface())
     camera = level(40, 100.0, 0, -90)
     with sa.Renderer(ctx, scene, SIZE, "accurate") as renderer:
