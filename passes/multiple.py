@@ -42,7 +42,7 @@ BANDS = 4  # draws that a gather is cut into
 
 def multiple_defines(recipe) -> dict:
     """Return the defines of multiple.glsl for the lookup of a recipe's table."""
-    return {"HAS_MULTIPLE": True, **_sizes(recipe), "AUREOLE_TEXELS": multiple.AUREOLE_TEXELS}
+    return {"HAS_MULTIPLE": True, **_sizes(recipe), "MULTIPLE_FINER": multiple.FINER, "AUREOLE_TEXELS": multiple.AUREOLE_TEXELS}
 
 
 def multiple_uniforms(atmosphere) -> dict:
@@ -85,7 +85,8 @@ class MultipleScattering(RenderPass):
     def __init__(self, ctx, recipe=RECIPES["balanced"], table_format="rgba16f"):
         super().__init__(ctx, (recipe.suns * recipe.polar, recipe.heights * recipe.azimuths))
         self.recipe = recipe
-        sizes = (self.size, (recipe.suns, recipe.heights), (recipe.suns, 1))
+        finer = multiple.FINER * (recipe.suns - 1) + 1
+        sizes = (self.size, (finer, recipe.heights), (finer, 1))
         formats = (table_format, "rgba32f", "rgba32f")
         self.table, self.level, self.ground = (
             self.own(Target(ctx, size, color=(form,))) for size, form in zip(sizes, formats, strict=True)
@@ -276,7 +277,7 @@ class _Solve:
         self._draw("multiple_scale.frag", defines, uniforms, {**field, "u_mixture": self.mixture}, self.scaled)
         for target, coefficient, scale in ((self.owner.level, 0, MEAN), (self.owner.ground, self.count - 1, 1.0)):
             chosen = {"u_coefficient": coefficient, "u_scale": scale}
-            self._draw("multiple_level.frag", defines, {**uniforms, **chosen}, field, target)
+            self._draw("multiple_level.frag", {**defines, "MULTIPLE_FINER": multiple.FINER}, {**uniforms, **chosen}, field, target)
         defines = {"MULTIPLE_POLAR": recipe.polar, "DEGREE": recipe.degree}
         samplers = {"u_scaled": self.scaled.color[0], "u_polar": self.polar}
         self._draw("multiple_mix.frag", defines, {}, samplers, self.source)

@@ -44,12 +44,14 @@ uniform sampler2D u_ground_irradiance;
 uniform sampler2D u_aureole_table;
 
 const vec2 TILE = vec2(float(MULTIPLE_SUNS), float(MULTIPLE_HEIGHTS));
+const float LEVEL_SUNS = float(MULTIPLE_FINER * (MULTIPLE_SUNS - 1) + 1);
 const vec2 TILES = vec2(float(MULTIPLE_POLAR), float(MULTIPLE_AZIMUTHS));
 
 // Source over scattering coefficient [1/sr]: the mean of radiance over directions, weighted by the mixture's phase function.
 vec3 multiple_radiance(float altitude, float mu_s, float mu, float nu) {
   // between the centers of the first and last texel, so that no tile reaches into the next
-  vec2 inside = 0.5 + vec2(sun_coordinate(mu_s), height_coordinate(altitude)) * (TILE - 1.0);
+  float sun = sun_coordinate(mu_s);
+  vec2 inside = 0.5 + vec2(sun, height_coordinate(altitude)) * (TILE - 1.0);
   vec2 place = vec2(1.0 - angle_over_pi(clamp(mu, -1.0, 1.0)), azimuth_coordinate(mu, mu_s, nu)) * (TILES - 1.0);
   vec2 cell = min(floor(place), TILES - 2.0);
   vec2 part = place - cell;
@@ -57,7 +59,8 @@ vec3 multiple_radiance(float altitude, float mu_s, float mu, float nu) {
   vec2 next = 1.0 / TILES;
   vec3 low = mix(texture(u_multiple_table, corner).rgb, texture(u_multiple_table, corner + vec2(next.x, 0.0)).rgb, part.x);
   vec3 high = mix(texture(u_multiple_table, corner + vec2(0.0, next.y)).rgb, texture(u_multiple_table, corner + next).rgb, part.x);
-  return exp(texture(u_multiple_level, inside / TILE).rgb) * mix(low, high, part.y);
+  vec2 level = vec2((0.5 + sun * (LEVEL_SUNS - 1.0)) / LEVEL_SUNS, inside.y / TILE.y);
+  return exp(texture(u_multiple_level, level).rgb) * mix(low, high, part.y);
 }
 
 // The source [1/m 1/sr] itself.
@@ -69,8 +72,8 @@ vec3 multiple_source(float altitude, float mu_s, float mu, float nu) {
 
 // Irradiance of the ground by the sky, all orders from the first on, per unit solar irradiance.
 vec3 ground_irradiance(float mu_s) {
-  float texel = 0.5 + sun_coordinate(mu_s) * (TILE.x - 1.0);
-  return exp(texture(u_ground_irradiance, vec2(texel / TILE.x, 0.5)).rgb);
+  float texel = 0.5 + sun_coordinate(mu_s) * (LEVEL_SUNS - 1.0);
+  return exp(texture(u_ground_irradiance, vec2(texel / LEVEL_SUNS, 0.5)).rgb);
 }
 
 // The three sums over the forward lobe's high degrees, once per ray: nu is constant along it.

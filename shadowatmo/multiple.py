@@ -39,6 +39,7 @@ from shadowatmo.transmittance import columns_to_top, ozone_crossings, ozone_to
 SUN_WIDTH = 0.06  # of mu_s about the horizon that gets most texels
 HIGHEST_SUN = 0.9999  # mu_s of the last texel: the azimuth from the sun must mean something
 DARK = 1e-30  # floor under logarithms
+FINER = 4  # places of the level and of the ground's irradiance to a cell of the table over the sun
 AUREOLE_TEXELS = 256
 
 
@@ -281,9 +282,9 @@ class MultipleTable:
     ----------
     values : (heights, suns, polar, azimuths, 3)
         Source over scattering coefficient and mean radiance.
-    level : (heights, suns, 3)
+    level : (heights, finer suns, 3)
         Logarithm of the mean radiance [1/sr].
-    ground : (suns, 3)
+    ground : (finer suns, 3)
         Logarithm of the field's irradiance of the ground.
     """
 
@@ -298,8 +299,8 @@ class MultipleTable:
         per_m = [scaled[:, :, m == n].transpose(0, 1, 3, 2) @ basis[:, m == n].T for n in range(recipe.degree + 1)]
         # A truncated series may dip below zero beside a sharp peak.
         self.values = np.clip(np.einsum("mhsci,am->hsiac", np.stack(per_m), turns), 0.0, 6e4)
-        self.level = np.log(mean)
-        self.ground = np.log(np.maximum(irradiance, DARK))
+        self.level = finer_suns(np.log(mean))
+        self.ground = finer_suns(np.log(np.maximum(irradiance, DARK)))
 
     def source(self, altitude, mu_s, mu, nu):
         """Return the source [1/m 1/sr] (..., 3) of the next order at points, in directions of zenith cosine mu."""
@@ -315,6 +316,24 @@ class MultipleTable:
     def ground_irradiance(self, mu_s):
         """Return the field's irradiance (..., 3) of the ground per unit solar irradiance."""
         return np.exp(interpolate(self.ground, [sun_coordinate(self.atmosphere, mu_s)]))
+
+
+def finer_suns(values):
+    """Return logarithms (..., suns, 3) at FINER places to a cell, by monotone cubics: straight lines would show as bands.
+
+    The slope at a node is the harmonic mean of those beside it (Fritsch and Butland 1984), or 0 at an extremum.
+    """
+    steps = np.diff(values, axis=-2)
+    before = np.concatenate([steps[..., :1, :], steps], axis=-2)
+    after = np.concatenate([steps, steps[..., -1:, :]], axis=-2)
+    product = before * after
+    slopes = np.where(product > 0.0, 2.0 * product / np.where(product > 0.0, before + after, 1.0), 0.0)
+    f = (np.arange(FINER) / FINER)[:, None]
+    low, high = values[..., :-1, None, :], values[..., 1:, None, :]
+    start, end = slopes[..., :-1, None, :], slopes[..., 1:, None, :]
+    cubic = low + f * (start + f * (3.0 * (high - low) - 2.0 * start - end + f * (start + end - 2.0 * (high - low))))
+    cells = cubic.reshape(*values.shape[:-2], -1, 3)
+    return np.concatenate([cells, values[..., -1:, :]], axis=-2)
 
 
 def interpolate(table, units):
