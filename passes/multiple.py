@@ -42,7 +42,8 @@ BANDS = 4  # draws that a gather is cut into
 
 def multiple_defines(recipe) -> dict:
     """Return the defines of multiple.glsl for the lookup of a recipe's table."""
-    return {"HAS_MULTIPLE": True, **_sizes(recipe), "MULTIPLE_FINER": multiple.FINER, "AUREOLE_TEXELS": multiple.AUREOLE_TEXELS}
+    texels = {"MULTIPLE_FINER": multiple.FINER, "AUREOLE_TEXELS": multiple.AUREOLE_TEXELS}
+    return {"HAS_MULTIPLE": True, **_sizes(recipe), **texels}
 
 
 def multiple_uniforms(atmosphere) -> dict:
@@ -277,7 +278,8 @@ class _Solve:
         self._draw("multiple_scale.frag", defines, uniforms, {**field, "u_mixture": self.mixture}, self.scaled)
         for target, coefficient, scale in ((self.owner.level, 0, MEAN), (self.owner.ground, self.count - 1, 1.0)):
             chosen = {"u_coefficient": coefficient, "u_scale": scale}
-            self._draw("multiple_level.frag", {**defines, "MULTIPLE_FINER": multiple.FINER}, {**uniforms, **chosen}, field, target)
+            finer = {**defines, "MULTIPLE_FINER": multiple.FINER}
+            self._draw("multiple_level.frag", finer, {**uniforms, **chosen}, field, target)
         defines = {"MULTIPLE_POLAR": recipe.polar, "DEGREE": recipe.degree}
         samplers = {"u_scaled": self.scaled.color[0], "u_polar": self.polar}
         self._draw("multiple_mix.frag", defines, {}, samplers, self.source)

@@ -319,7 +319,7 @@ class MultipleTable:
 
 
 def finer_suns(values):
-    """Return logarithms (..., suns, 3) at FINER places to a cell, by monotone cubics: straight lines would show as bands.
+    """Return logarithms (..., suns, 3) at FINER places to a cell, by monotone cubics, where lines would show as bands.
 
     The slope at a node is the harmonic mean of those beside it (Fritsch and Butland 1984), or 0 at an extremum.
     """
