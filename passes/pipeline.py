@@ -16,7 +16,7 @@ from shadowatmo.passes.gl.textures import check_size
 from shadowatmo.passes.multiple import MultipleScattering
 from shadowatmo.passes.multiple_view import MultipleView
 from shadowatmo.passes.planet import Planet
-from shadowatmo.passes.planning import make_plan
+from shadowatmo.passes.planning import make_plan, warn_of_approximations
 from shadowatmo.passes.shadow_back_depth import ShadowBackDepth
 from shadowatmo.passes.shadow_front_depth import ShadowFrontDepth
 from shadowatmo.passes.table_probe import make_table, method_orders
@@ -88,7 +88,10 @@ class Renderer:
     def scene(self, scene):
         instance("scene", scene, Scene, "a Scene")
         before, self._scene = getattr(self, "_scene", None), scene
-        if before is None or before == scene:
+        if before == scene:
+            return
+        warn_of_approximations(scene)
+        if before is None:
             return
         if before.surface != scene.surface:
             self._release("planet")

@@ -1,5 +1,7 @@
 """Which passes a scene needs, and why."""
 
+import logging
+
 from shadowatmo.passes.atmosphere import AtmosphereComposite
 from shadowatmo.passes.atmosphere_back_depth import AtmosphereBackDepth
 from shadowatmo.passes.eclipse import Eclipse, shading_occluders
@@ -16,6 +18,19 @@ from shadowatmo.passes.transmittance import TransmittanceTable
 from shadowatmo.passes.widths import DEPTH_TEXTURES, Widths
 from shadowatmo.plan import Plan, Step
 from shadowatmo.segments import nodes_for
+
+
+log = logging.getLogger("shadowatmo")
+
+
+def warn_of_approximations(scene) -> list[str]:
+    """Log, and return, what of a scene the passes only approximate."""
+    found = []
+    if any(sun.disc_at_terminator for sun in scene.suns):
+        found.append("disc_at_terminator: the planet's shadow is drawn hard; only the float64 twin averages over the disc")
+    for message in found:
+        log.warning(message)
+    return found
 
 
 def make_plan(scene, quality) -> Plan:
@@ -75,5 +90,7 @@ def make_plan(scene, quality) -> Plan:
     }[quality.method]
     inputs = (*AtmosphereComposite.inputs, *background, *(MultipleView.outputs if gathered else ()))
     add(True, AtmosphereComposite, f"{how} ({suns})", "", inputs)
+    if any(sun.disc_at_terminator for sun in scene.suns):
+        left_out.append(Step("disc_at_terminator", "the planet's shadow is drawn hard"))
     left_out.append(Step(Tonemap.name, "runs when a picture is asked for; frames are scene-linear"))
     return Plan(tuple(steps), tuple(left_out))

@@ -30,6 +30,7 @@ from shadowatmo.passes.multiple import (
     path_defines,
 )
 from shadowatmo.passes.table_probe import TABLE_METHODS, table_light
+from shadowatmo.passes.planning import warn_of_approximations
 from shadowatmo.passes.tables import TableKeeper
 from shadowatmo.passes.transmittance import TransmittanceTable, table_samplers
 from shadowatmo.quality import as_quality
@@ -72,6 +73,7 @@ def probe(ctx, scene, origins, directions, t_max=None, quality="accurate") -> Pr
     """
     quality = as_quality(quality)
     rays = Rays.validated(origins, directions, t_max)
+    warn_of_approximations(scene)
     with preserve_state(ctx):
         return _Probe(ctx, scene, rays, quality).run()
 
