@@ -19,7 +19,6 @@ from shadowatmo.passes.widths import DEPTH_TEXTURES, Widths
 from shadowatmo.plan import Plan, Step
 from shadowatmo.segments import nodes_for
 
-
 log = logging.getLogger("shadowatmo")
 
 
@@ -27,7 +26,7 @@ def warn_of_approximations(scene) -> list[str]:
     """Log, and return, what of a scene the passes only approximate."""
     found = []
     if any(sun.disc_at_terminator for sun in scene.suns):
-        found.append("disc_at_terminator: the planet's shadow is drawn hard; only the float64 twin averages over the disc")
+        found.append("disc_at_terminator: the planet's shadow is drawn hard; the float64 twin averages over the disc")
     for message in found:
         log.warning(message)
     return found

@@ -29,8 +29,8 @@ from shadowatmo.passes.multiple import (
     multiple_uniforms,
     path_defines,
 )
-from shadowatmo.passes.table_probe import TABLE_METHODS, table_light
 from shadowatmo.passes.planning import warn_of_approximations
+from shadowatmo.passes.table_probe import TABLE_METHODS, table_light
 from shadowatmo.passes.tables import TableKeeper
 from shadowatmo.passes.transmittance import TransmittanceTable, table_samplers
 from shadowatmo.quality import as_quality
