@@ -132,7 +132,8 @@ def test_the_umbra_hides_all_ground_but_not_the_air(frames):
     radiance, lit, shadow, _ = frames["camera_inside_cone"]
     ground = slice(60, None)
     assert lit[ground].max() == 0 and shadow[ground].min() > 1e4  # m: no hole in the shadow, no cap
-    assert radiance[ground].max() < 1e-3 * radiance.max()
+    # what little is seen there was scattered into the umbra by lit air and once more by its own: 1.1e-4 of the limb
+    assert radiance[ground].max() < 2e-4 * radiance.max()
     assert ((lit > 0) & (shadow > 0)).sum() > 200
 
 
