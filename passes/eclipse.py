@@ -1,13 +1,20 @@
-"""Moons between the sun and the air: which of them matter, and the table of how much of the sun they leave."""
+"""Moons between the sun and the air: which of them matter, and the tables of how much of the sun they leave."""
 
 import moderngl
 import numpy as np
 
 from shadowatmo import shadow
 from shadowatmo.eclipse import disc_visibility
+from shadowatmo.moon_shadows import overlap_box, shadow_path, sorted_by_width, sun_axes
 from shadowatmo.passes.base import RenderPass
+from shadowatmo.passes.constants import glsl_array
+from shadowatmo.passes.gl.textures import Target
+from shadowatmo.quadrature import gauss_legendre
 
 COLUMNS, ROWS = 256, 8  # separations, size ratios
+OVERLAP_TEXELS, OVERLAP_LAYERS = 320, 12  # across the sun's direction and along it
+ARC_NODES = 10  # on every free stretch of a moon's edge; 8 leave an error of 8e-4
+MAX_DISCS = 8  # that one map takes together
 
 
 def shades_the_air(atmosphere, sun, occluder) -> bool:
@@ -39,9 +46,9 @@ def size_ratios(atmosphere, sun, occluder) -> tuple[float, float]:
     return moon[0] / disc[0], max(moon[1] / disc[1], moon[0] / disc[0] * (1.0 + 1e-6))
 
 
-def visibility_rows(low, high, limb_darkening) -> np.ndarray:
-    """Return the visible fractions (ROWS, COLUMNS) of one moon, as eclipse.glsl looks them up."""
-    k = np.linspace(low, high, ROWS)[:, None]
+def visibility_rows(k, limb_darkening) -> np.ndarray:
+    """Return the visible fractions (ROWS, COLUMNS) of one moon over its ratios k (ROWS,), as eclipse.glsl finds them."""
+    k = k[:, None]
     nearest = np.maximum(k - 1.0, 0.0)
     delta = nearest + np.linspace(0.0, 1.0, COLUMNS) * (1.0 + k - nearest)
     return disc_visibility(k, delta, limb_darkening)
@@ -61,47 +68,127 @@ class Eclipse(RenderPass):
         key = (scene.suns, scene.occluders, scene.atmosphere.top_radius)
         if key != self._key:
             self.release()
-            self._textures = {sun: self._table(scene, sun) for sun in scene.suns if shading_occluders(scene, sun)}
+            self._textures = {sun: self._tables(scene, sun) for sun in scene.suns if shading_occluders(scene, sun)}
             self._key = key
         textures["visibility"] = self._textures
 
-    def _table(self, scene, sun):
-        """Return the texture of one sun: a block of rows for each moon."""
-        moons = shading_occluders(scene, sun)
-        rows = [visibility_rows(*size_ratios(scene.atmosphere, sun, moon), sun.limb_darkening) for moon in moons]
-        data = np.concatenate(rows).astype(np.float32)
+    def _tables(self, scene, sun):
+        """Return the samplers of one sun: a block of rows for each moon, and the map of their overlaps if any."""
+        moons = EclipseMoons(scene, sun)
+        samplers = {"u_visibility": self._visibility(moons)}
+        if moons.box is not None:
+            samplers["u_overlaps"] = self._overlaps(moons)
+        return samplers
+
+    def _visibility(self, moons):
+        data = np.concatenate([visibility_rows(k, moons.sun.limb_darkening) for k in moons.ratios()]).astype(np.float32)
         texture = self.own(self.ctx.texture((COLUMNS, len(data)), 1, data.tobytes(), dtype="f4"))
         texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
         texture.repeat_x = texture.repeat_y = False
         return texture
 
+    def _overlaps(self, moons):
+        target = self.own(Target(self.ctx, (OVERLAP_TEXELS, OVERLAP_TEXELS * OVERLAP_LAYERS), color=("r32f",)))
+        target.framebuffer.use()
+        texels = np.array([OVERLAP_TEXELS, OVERLAP_TEXELS, OVERLAP_LAYERS])
+        defines = {name: value for name, value in moons.defines().items() if name != "HAS_OVERLAPS"}
+        uniforms = {
+            **moons.uniforms(),
+            **joint_uniforms(moons.sun, len(moons)),
+            "u_box_low": moons.box[0],
+            "u_box_step": (moons.box[1] - moons.box[0]) / (texels - 1),
+        }
+        uniforms = {name: value for name, value in uniforms.items() if name not in ("u_overlap_low", "u_overlap_scale")}
+        del defines["HAS_ECLIPSE"]
+        defines |= {**joint_defines(), "OVERLAP_TEXELS": OVERLAP_TEXELS}
+        self.fullscreen("overlap.frag", defines, uniforms)
+        texture = target.color[0]
+        texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        texture.repeat_x = texture.repeat_y = False
+        return texture
 
-def eclipse_defines(occluders) -> dict:
-    """Return the features of eclipse.glsl."""
+
+class EclipseMoons:
+    """The moons that shade the air in the light of one sun, as eclipse.glsl takes them: the narrow ones first."""
+
+    def __init__(self, scene, sun):
+        self.atmosphere, self.sun = scene.atmosphere, sun
+        shading = shading_occluders(scene, sun)
+        self.narrow, self.wide = sorted_by_width(scene.atmosphere, sun, shading)
+        self.box = overlap_box(scene.atmosphere, sun, shading) if 1 < len(shading) <= MAX_DISCS else None
+
+    def __len__(self):
+        return len(self.narrow) + len(self.wide)
+
+    def ratios(self):
+        """Yield the ratios k (ROWS,) of each moon's rows: over heights of the air, or evenly for the wide ones."""
+        reach, sun = self.atmosphere.top_radius, self.sun
+        heights = np.linspace(-reach, reach, ROWS)
+        for moon in self.narrow:
+            path = shadow_path(sun, moon)
+            yield (path.size[0] + heights * path.size[1]) / (path.blur[0] + heights * path.blur[1])
+        for moon in self.wide:
+            yield np.linspace(*size_ratios(self.atmosphere, sun, moon), ROWS)
+
+    def defines(self) -> dict:
+        """Return the features of eclipse.glsl."""
+        defines = {
+            "HAS_ECLIPSE": True,
+            "OCCLUDERS": len(self),
+            "VISIBILITY_COLUMNS": COLUMNS,
+            "VISIBILITY_ROWS": ROWS,
+        }
+        if self.narrow:
+            defines |= {"HAS_NARROW_MOONS": True, "NARROW_MOONS": len(self.narrow)}
+        if self.wide:
+            defines |= {"HAS_WIDE_MOONS": True, "WIDE_MOONS": len(self.wide)}
+        if self.box is not None:
+            defines |= {"HAS_OVERLAPS": True, "OVERLAP_TEXELS": OVERLAP_TEXELS, "OVERLAP_LAYERS": OVERLAP_LAYERS}
+        return defines
+
+    def uniforms(self) -> dict:
+        """Return the uniforms of eclipse.glsl."""
+        sun, reach, axes = self.sun, self.atmosphere.top_radius, sun_axes(self.sun)
+        uniforms = {"u_sun_axes": axes}
+        if self.narrow:
+            paths = [shadow_path(sun, moon) for moon in self.narrow]
+            uniforms["u_moon_path"] = np.array([path.center.T.ravel() for path in paths])
+            uniforms["u_moon_width"] = np.array([(*path.blur, *path.size) for path in paths])
+            uniforms["u_moon_rows"] = (-reach, 0.5 / reach)
+        if self.wide:
+            ratios = [size_ratios(self.atmosphere, sun, moon) for moon in self.wide]
+            uniforms["u_sun_sphere"] = (0.0, 0.0, sun.distance, sun.radius)
+            uniforms["u_wide_moons"] = np.array([(*(np.array(m.center) @ axes), m.radius) for m in self.wide])
+            uniforms["u_wide_rows"] = np.array([(low, 1.0 / (high - low)) for low, high in ratios])
+        if self.box is not None:
+            uniforms["u_overlap_low"] = self.box[0]
+            uniforms["u_overlap_scale"] = 1.0 / (self.box[1] - self.box[0])
+        return uniforms
+
+
+def joint_defines() -> dict:
+    """Return the constants of joint.glsl: nodes that gather at both ends of a stretch, at the 3/2 powers there."""
+    nodes, weights = gauss_legendre(ARC_NODES)
+    turn = 0.5 * np.pi * nodes
     return {
-        "HAS_ECLIPSE": True,
-        "OCCLUDERS": len(occluders),
-        "VISIBILITY_COLUMNS": COLUMNS,
-        "VISIBILITY_ROWS": ROWS,
+        "MAX_DISCS": MAX_DISCS,
+        "ARC_NODE_COUNT": ARC_NODES,
+        "ARC_NODE_VALUES": glsl_array(np.sin(turn) ** 2),
+        "ARC_WEIGHT_VALUES": glsl_array(weights * np.pi * np.sin(turn) * np.cos(turn)),
     }
 
 
-def eclipse_uniforms(scene, sun, occluders) -> dict:
-    """Return the uniforms of eclipse.glsl."""
-    ratios = [size_ratios(scene.atmosphere, sun, o) for o in occluders]
-    return {
-        "u_sun_sphere": (*(sun.distance * np.array(sun.direction)), sun.radius),
-        "u_occluders": np.array([(*o.center, o.radius) for o in occluders]),
-        "u_occluder_k": np.array([(low, 1.0 / (high - low)) for low, high in ratios]),
-    }
+def joint_uniforms(sun, count) -> dict:
+    """Return the uniforms of joint.glsl."""
+    return {"u_limb_darkening": sun.limb_darkening, "u_disc_count": count}
 
 
 def eclipse_inputs(scene, sun, textures) -> tuple[dict, dict, dict]:
     """Return defines, uniforms and samplers of eclipse.glsl for one sun; empty where no moon shades the air."""
-    moons = shading_occluders(scene, sun)
-    if not moons:
+    if not shading_occluders(scene, sun):
         return {}, {}, {}
-    return eclipse_defines(moons), eclipse_uniforms(scene, sun, moons), {"u_visibility": textures["visibility"][sun]}
+    moons = EclipseMoons(scene, sun)
+    return moons.defines(), moons.uniforms(), textures["visibility"][sun]
 
 
 def moon_discs(view) -> np.ndarray:

@@ -1,46 +1,127 @@
 // How much of the sun the moons leave at a point: limb-darkened discs, by a small table for each moon.
 //
-// In units of the sun's angular radius a moon has the radius k and the separation delta. The visible fraction is 1 beyond
-// delta = 1 + k and constant below delta = k - 1, so a row of the table (one k) runs over what lies between; its rows cover
-// the values of k that occur in the air. Moons that overlap in front of the sun count as if they did not.
+// In the plane through the point across the sun's direction a moon casts the image of the sun's disc, of radius `blur`,
+// around every point of its own outline, of radius `size`, both drawn from the sun's center; they and the shadow's
+// center are linear in the height z above the planet's terminator plane. With q the distance from that center the
+// visible fraction is 1 beyond q = size + blur and constant below q = size - blur: a row of the table (one z) runs over
+// what lies between. Moons that look large (WIDE) are not flat: angles stand for lengths there, and rows for ratios k.
+// Where moons overlap in front of the sun, a map over the plane holds what the sum of their parts counts twice.
 
-uniform vec4 u_sun_sphere;               // m: center, radius
-uniform vec4 u_occluders[OCCLUDERS];     // m: center, radius
-uniform vec2 u_occluder_k[OCCLUDERS];    // smallest k of the rows, 1 / (largest - smallest)
-uniform sampler2D u_visibility;          // delta across, k down, one block of rows after the other
+uniform mat3 u_sun_axes;         // columns: two axes across the sun's direction and the direction
+uniform sampler2D u_visibility;  // across the penumbra, down z or k; one block of rows for each moon
+#ifdef HAS_NARROW_MOONS
+uniform vec4 u_moon_path[NARROW_MOONS];   // m: shadow's center at z = 0, its change with z
+uniform vec4 u_moon_width[NARROW_MOONS];  // m: blur at z = 0, its change with z, size at z = 0, its change with z
+uniform vec2 u_moon_rows;                 // m, 1/m: lowest z of the rows, 1 / (highest - lowest)
+#endif
+#ifdef HAS_WIDE_MOONS
+uniform vec4 u_sun_sphere;             // m: center in the sun's frame, radius
+uniform vec4 u_wide_moons[WIDE_MOONS]; // m: center in the sun's frame, radius
+uniform vec2 u_wide_rows[WIDE_MOONS];  // smallest k of the rows, 1 / (largest - smallest)
+#endif
+#ifdef HAS_OVERLAPS
+uniform sampler2D u_overlaps;  // light that the sum of the moons takes twice; layers of z, one below the other
+uniform vec3 u_overlap_low;    // m, corner of the map in the sun's frame
+uniform vec3 u_overlap_scale;  // 1/m
+#endif
 
 vec3 eclipse_base;       // m, base point of the ray whose points are asked for; set by the caller
 vec3 eclipse_direction;
 
+// A place in the block of a moon, 0..1 across and down; beyond its ends across the texture itself goes on evenly.
+float visibility_row(vec2 unit, int block) {
+  const vec2 scale = vec2(VISIBILITY_COLUMNS - 1, VISIBILITY_ROWS - 1) / vec2(VISIBILITY_COLUMNS, VISIBILITY_ROWS * OCCLUDERS);
+  vec2 offset = vec2(0.5, 0.5 + block * VISIBILITY_ROWS) / vec2(VISIBILITY_COLUMNS, VISIBILITY_ROWS * OCCLUDERS);
+  return texture(u_visibility, unit * scale + offset).x;
+}
+
+#ifdef HAS_NARROW_MOONS
+// The moon's disc before the sun at a point p of the sun's frame: blur, size, and the vector from it to p [m].
+vec4 narrow_moon(vec3 p, int index) {
+  vec4 path = u_moon_path[index];
+  vec4 width = u_moon_width[index];
+  return vec4(width.xz + p.z * width.yw, p.xy - (path.xy + p.z * path.zw));
+}
+
+float narrow_fraction(vec3 p, int index) {
+  vec4 moon = narrow_moon(p, index);
+  float across = (length(moon.zw) - max(moon.y - moon.x, 0.0)) / (moon.x + min(moon.x, moon.y));
+  return visibility_row(vec2(across, (p.z - u_moon_rows.x) * u_moon_rows.y), index);
+}
+#endif
+
+#ifdef HAS_WIDE_MOONS
 // Angle [rad] whose sine is given. The builtin is off by percents of small angles on some drivers.
 float arc_sine(float sine) {
   float square = sine * sine;
   return sine < 0.2 ? sine * (1.0 + square * (1.0 / 6.0 + 0.075 * square)) : atan(sine, sqrt(max(1.0 - square, 0.0)));
 }
 
-float visible_fraction(vec3 point, int index) {
-  vec3 to_sun = u_sun_sphere.xyz - point;
-  vec3 to_body = u_occluders[index].xyz - point;
+// Position and radius of a moon's disc before the sun at a point p of the sun's frame, in units of the sun's radius.
+vec3 wide_moon(vec3 p, int index) {
+  vec3 to_sun = u_sun_sphere.xyz - p;
+  vec3 to_body = u_wide_moons[index].xyz - p;
   float far = length(to_sun);
   float near = length(to_body);
   float sun_angle = arc_sine(u_sun_sphere.w / far);
-  float k = arc_sine(min(u_occluders[index].w / near, 1.0)) / sun_angle;
+  float k = arc_sine(min(u_wide_moons[index].w / near, 1.0)) / sun_angle;
   float delta = 2.0 * arc_sine(0.5 * length(to_sun / far - to_body / near)) / sun_angle;
-  float low = max(k - 1.0, 0.0);
-  vec2 unit = clamp(vec2((delta - low) / (1.0 + k - low), (k - u_occluder_k[index].x) * u_occluder_k[index].y), 0.0, 1.0);
-  vec2 texel = unit * vec2(VISIBILITY_COLUMNS - 1, VISIBILITY_ROWS - 1) + vec2(0.5, 0.5 + index * VISIBILITY_ROWS);
-  float fraction = texture(u_visibility, texel / vec2(VISIBILITY_COLUMNS, VISIBILITY_ROWS * OCCLUDERS)).x;
-  return near >= far ? 1.0 : fraction;
+  vec2 aside = to_body.xy - to_sun.xy * (to_body.z / to_sun.z);
+  return near >= far ? vec3(1.0e6, 0.0, k) : vec3(aside * (delta / max(length(aside), 1.0e-20)), k);
 }
 
-// Fraction of the sun's light that passes all moons.
-float sun_visibility(vec3 point) {
+float wide_fraction(vec3 p, int index) {
+  vec3 moon = wide_moon(p, index);
+  float low = max(moon.z - 1.0, 0.0);
+  vec2 rows = u_wide_rows[index];
+  vec2 unit = vec2((length(moon.xy) - low) / (1.0 + moon.z - low), clamp((moon.z - rows.x) * rows.y, 0.0, 1.0));
+  return visibility_row(unit, OCCLUDERS - WIDE_MOONS + index);
+}
+#endif
+
+#ifdef HAS_OVERLAPS
+// Light that two or more moons hide together, counted once for each but the first.
+float overlap(vec3 p) {
+  vec3 unit = (p - u_overlap_low) * u_overlap_scale;
+  vec2 texel = 0.5 + clamp(unit.xy, 0.0, 1.0) * float(OVERLAP_TEXELS - 1);
+  float layer = clamp(unit.z, 0.0, 1.0) * float(OVERLAP_LAYERS - 1);
+  float first = min(floor(layer), float(OVERLAP_LAYERS - 2));
+  vec2 size = vec2(OVERLAP_TEXELS, OVERLAP_TEXELS * OVERLAP_LAYERS);
+  float low = texture(u_overlaps, vec2(texel.x, texel.y + first * float(OVERLAP_TEXELS)) / size).x;
+  float high = texture(u_overlaps, vec2(texel.x, texel.y + (first + 1.0) * float(OVERLAP_TEXELS)) / size).x;
+  return mix(low, high, layer - first);
+}
+#endif
+
+// Fraction of the sun's light that passes all moons at a point p of the sun's frame.
+float visibility_at(vec3 p) {
   float hidden = 0.0;
-  for (int i = 0; i < OCCLUDERS; ++i) hidden += 1.0 - visible_fraction(point, i);
-  return max(1.0 - hidden, 0.0);
+  float least = 1.0;
+#ifdef HAS_NARROW_MOONS
+  for (int i = 0; i < NARROW_MOONS; ++i) {
+    float fraction = narrow_fraction(p, i);
+    hidden += 1.0 - fraction;
+    least = min(least, fraction);
+  }
+#endif
+#ifdef HAS_WIDE_MOONS
+  for (int i = 0; i < WIDE_MOONS; ++i) {
+    float fraction = wide_fraction(p, i);
+    hidden += 1.0 - fraction;
+    least = min(least, fraction);
+  }
+#endif
+#ifdef HAS_OVERLAPS
+  hidden -= overlap(p);
+#endif
+  return clamp(1.0 - hidden, 0.0, least);
 }
 
-float visibility_along(float t) { return sun_visibility(eclipse_base + t * eclipse_direction); }
+// The same at a planet-centered point [m].
+float sun_visibility(vec3 point) { return visibility_at(point * u_sun_axes); }
+
+// The rotation of base and direction is the same for all points of a ray, and compilers see it.
+float visibility_along(float t) { return visibility_at(eclipse_base * u_sun_axes + t * (eclipse_direction * u_sun_axes)); }
 
 // Light that was scattered before fades with the sun too, and in totality a thousandth comes in from the penumbra: the
 // order of it, no more.

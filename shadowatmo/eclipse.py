@@ -20,7 +20,7 @@ from shadowatmo.scene import Scene
 
 ARC_NODES = 40  # error below 1e-8 of the sun's light, worst at grazing contacts
 RING_NODES = 24  # per piece between kinks
-_CHUNK = 4096
+_CHUNK = 1024
 _AWAY = 1e9  # finite distance that stands for an occluder behind the sun
 
 
@@ -77,6 +77,22 @@ def joint_visibility(points, sun: Sun, occluders) -> np.ndarray:
             rays = several[part]
             result[rays] = _ring_visibility(k[rays], delta[rays], angle[part], sun.limb_darkening)
     return result
+
+
+def joint_discs(discs, u: float) -> np.ndarray:
+    """Return the fraction (N,) of a unit disc's light that `discs` (N, M, 3) leave together.
+
+    Parameters
+    ----------
+    discs : (N, M, 3) float
+        Centers and radii in units of the sun's radius, the sun's center at the origin.
+    u : float
+        Limb-darkening coefficient.
+    """
+    x, y, k = np.moveaxis(np.asarray(discs, dtype=np.float64), 2, 0)
+    delta, angle = np.hypot(x, y), np.arctan2(y, x)
+    parts = [_ring_visibility(*(a[i : i + _CHUNK] for a in (k, delta, angle)), u) for i in range(0, len(k), _CHUNK)]
+    return np.concatenate(parts)
 
 
 def disc_visibility(k, delta, u, nodes: int = ARC_NODES) -> np.ndarray:
