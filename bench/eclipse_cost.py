@@ -1,7 +1,7 @@
 """What moons cost a frame: CPU-time ratios to a full-screen copy pass, the variants interleaved in one run.
 
-Usage: python bench/eclipse_cost.py [frames]. Reads as bench/frame_cost.py does. Every row is one camera; the columns are
-scenes without a moon, with one, with eight that miss the air, and so on, all of them with closed-form depth.
+Usage: python bench/eclipse_cost.py [frames]. Reads as bench/frame_cost.py does. Every row is one camera, every column a
+set of moons, all with closed-form depth.
 """
 
 import sys

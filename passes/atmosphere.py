@@ -69,7 +69,7 @@ class AtmosphereComposite(RenderPass):
         method_samplers = table_samplers(method_uniforms, textures)
         if method in TABLE_METHODS:
             method_samplers |= inscatter_samplers(textures)
-        moons = eclipse_inputs(view.scene, sun, textures) if method == "segments" else ({}, {}, {})
+        moons = eclipse_inputs(sun, textures) if method == "segments" else ({}, {}, {})
         if moons[0]:
             method_uniforms |= {"u_camera_position": view.position}
         method_defines, method_uniforms, method_samplers = (

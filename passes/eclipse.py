@@ -11,7 +11,8 @@ from shadowatmo.passes.constants import glsl_array
 from shadowatmo.passes.gl.textures import Target
 from shadowatmo.quadrature import gauss_legendre
 
-COLUMNS, ROWS = 256, 8  # separations, size ratios
+COLUMNS = 256  # separations
+NARROW_ROWS, WIDE_ROWS = 8, 48  # size ratios
 OVERLAP_TEXELS, OVERLAP_LAYERS = 320, 12  # across the sun's direction and along it
 ARC_NODES = 10  # on every free stretch of a moon's edge; 8 leave an error of 8e-4
 MAX_DISCS = 8  # that one map takes together
@@ -47,11 +48,30 @@ def size_ratios(atmosphere, sun, occluder) -> tuple[float, float]:
 
 
 def visibility_rows(k, limb_darkening) -> np.ndarray:
-    """Return the visible fractions (ROWS, COLUMNS) of one moon over its ratios k (ROWS,), as eclipse.glsl finds them."""
+    """Return the visible fractions (n, COLUMNS) of one moon over its ratios k (n,), as eclipse.glsl finds them."""
     k = k[:, None]
     nearest = np.maximum(k - 1.0, 0.0)
     delta = nearest + np.linspace(0.0, 1.0, COLUMNS) * (1.0 + k - nearest)
     return disc_visibility(k, delta, limb_darkening)
+
+
+def wide_rows(low, high) -> tuple[np.ndarray, tuple]:
+    """Return ratios k (WIDE_ROWS,) from `low` to `high`, and the four numbers that give the row of a ratio.
+
+    The fraction has a kink at k = 1, where the first total eclipses are, so that one row lies there; further on it
+    depends on 1/k.
+    """
+    low, high = float(low), float(high)
+    below = 0 if low >= 1.0 else WIDE_ROWS - 1 if high <= 1.0 else WIDE_ROWS // 3
+    turn = min(max(low, 1.0), high)
+    k = np.linspace(low, turn, below + 1)
+    rise = below / (turn - low) if below else 0.0
+    above = WIDE_ROWS - 1 - below
+    if not above:
+        return k, (-low * rise, rise, float(below), 0.0)
+    fall = above / (1.0 / turn - 1.0 / high)
+    further = 1.0 / (1.0 / turn - np.arange(1, above + 1) / fall)
+    return np.concatenate([k, further]), (-low * rise, rise, below + fall / turn, fall)
 
 
 class Eclipse(RenderPass):
@@ -61,7 +81,7 @@ class Eclipse(RenderPass):
     outputs = ("visibility",)
 
     def __init__(self, ctx):
-        super().__init__(ctx, (COLUMNS, ROWS))
+        super().__init__(ctx, (COLUMNS, NARROW_ROWS))
         self._key, self._textures = None, {}
 
     def draw(self, scene, textures):
@@ -73,12 +93,12 @@ class Eclipse(RenderPass):
         textures["visibility"] = self._textures
 
     def _tables(self, scene, sun):
-        """Return the samplers of one sun: a block of rows for each moon, and the map of their overlaps if any."""
+        """Return defines, uniforms and samplers of one sun: rows for each moon, a map of their overlaps if any."""
         moons = EclipseMoons(scene, sun)
         samplers = {"u_visibility": self._visibility(moons)}
         if moons.box is not None:
             samplers["u_overlaps"] = self._overlaps(moons)
-        return samplers
+        return moons.defines(), moons.uniforms(), samplers
 
     def _visibility(self, moons):
         data = np.concatenate([visibility_rows(k, moons.sun.limb_darkening) for k in moons.ratios()]).astype(np.float32)
@@ -121,27 +141,26 @@ class EclipseMoons:
         return len(self.narrow) + len(self.wide)
 
     def ratios(self):
-        """Yield the ratios k (ROWS,) of each moon's rows: over heights of the air, or evenly for the wide ones."""
+        """Yield the ratios k (n,) of each moon's rows: over heights of the air, or by `wide_rows`."""
         reach, sun = self.atmosphere.top_radius, self.sun
-        heights = np.linspace(-reach, reach, ROWS)
+        heights = np.linspace(-reach, reach, NARROW_ROWS)
         for moon in self.narrow:
             path = shadow_path(sun, moon)
             yield (path.size[0] + heights * path.size[1]) / (path.blur[0] + heights * path.blur[1])
         for moon in self.wide:
-            yield np.linspace(*size_ratios(self.atmosphere, sun, moon), ROWS)
+            yield wide_rows(*size_ratios(self.atmosphere, sun, moon))[0]
 
     def defines(self) -> dict:
         """Return the features of eclipse.glsl."""
         defines = {
             "HAS_ECLIPSE": True,
-            "OCCLUDERS": len(self),
             "VISIBILITY_COLUMNS": COLUMNS,
-            "VISIBILITY_ROWS": ROWS,
+            "VISIBILITY_ROWS": NARROW_ROWS * len(self.narrow) + WIDE_ROWS * len(self.wide),
         }
         if self.narrow:
-            defines |= {"HAS_NARROW_MOONS": True, "NARROW_MOONS": len(self.narrow)}
+            defines |= {"HAS_NARROW_MOONS": True, "NARROW_MOONS": len(self.narrow), "NARROW_ROWS": NARROW_ROWS}
         if self.wide:
-            defines |= {"HAS_WIDE_MOONS": True, "WIDE_MOONS": len(self.wide)}
+            defines |= {"HAS_WIDE_MOONS": True, "WIDE_MOONS": len(self.wide), "WIDE_ROWS": WIDE_ROWS}
         if self.box is not None:
             defines |= {"HAS_OVERLAPS": True, "OVERLAP_TEXELS": OVERLAP_TEXELS, "OVERLAP_LAYERS": OVERLAP_LAYERS}
         return defines
@@ -154,12 +173,12 @@ class EclipseMoons:
             paths = [shadow_path(sun, moon) for moon in self.narrow]
             uniforms["u_moon_path"] = np.array([path.center.T.ravel() for path in paths])
             uniforms["u_moon_width"] = np.array([(*path.blur, *path.size) for path in paths])
-            uniforms["u_moon_rows"] = (-reach, 0.5 / reach)
+            uniforms["u_moon_rows"] = (-reach, 0.5 * (NARROW_ROWS - 1) / reach)
         if self.wide:
             ratios = [size_ratios(self.atmosphere, sun, moon) for moon in self.wide]
             uniforms["u_sun_sphere"] = (0.0, 0.0, sun.distance, sun.radius)
             uniforms["u_wide_moons"] = np.array([(*(np.array(m.center) @ axes), m.radius) for m in self.wide])
-            uniforms["u_wide_rows"] = np.array([(low, 1.0 / (high - low)) for low, high in ratios])
+            uniforms["u_wide_rows"] = np.array([wide_rows(*ratio)[1] for ratio in ratios])
         if self.box is not None:
             uniforms["u_overlap_low"] = self.box[0]
             uniforms["u_overlap_scale"] = 1.0 / (self.box[1] - self.box[0])
@@ -183,12 +202,9 @@ def joint_uniforms(sun, count) -> dict:
     return {"u_limb_darkening": sun.limb_darkening, "u_disc_count": count}
 
 
-def eclipse_inputs(scene, sun, textures) -> tuple[dict, dict, dict]:
+def eclipse_inputs(sun, textures) -> tuple[dict, dict, dict]:
     """Return defines, uniforms and samplers of eclipse.glsl for one sun; empty where no moon shades the air."""
-    if not shading_occluders(scene, sun):
-        return {}, {}, {}
-    moons = EclipseMoons(scene, sun)
-    return moons.defines(), moons.uniforms(), textures["visibility"][sun]
+    return textures.get("visibility", {}).get(sun, ({}, {}, {}))
 
 
 def moon_discs(view) -> np.ndarray:

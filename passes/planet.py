@@ -123,7 +123,7 @@ class Planet(RenderPass):
         if "HAS_WATER" in defines:
             defines |= {"HAS_SHADOW": True, "HAS_TWO_PIECES": True, **segment_defines(MIRRORED_SKY, atmosphere)}
             uniforms |= {**segment_uniforms(atmosphere), **cone_uniforms("u_shadow", view.shadow_cone(sun))}
-        moons = eclipse_inputs(view.scene, sun, textures)
+        moons = eclipse_inputs(sun, textures)
         samplers |= table_samplers(uniforms, textures)
         return {**defines, **moons[0]}, {**uniforms, **moons[1]}, {**samplers, **moons[2]}
 

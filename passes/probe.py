@@ -179,7 +179,7 @@ class _Probe:
         uniforms["u_ground_albedo"] = atmosphere.ground_albedo
         uniforms |= cone_uniforms("u_shadow", shadow.cylinder(atmosphere.bottom_radius))
         self.eclipse.draw(self.scene, self.tables)
-        moons = eclipse_inputs(self.scene, sun, self.tables)
+        moons = eclipse_inputs(sun, self.tables)
         defines |= moons[0]
         uniforms |= moons[1]
         textures = {"u_ray": self._texture(ray.x, ray.k, ray.tangent_k, ray.air)}

@@ -12,12 +12,12 @@ uniform sampler2D u_visibility;  // across the penumbra, down z or k; one block 
 #ifdef HAS_NARROW_MOONS
 uniform vec4 u_moon_path[NARROW_MOONS];   // m: shadow's center at z = 0, its change with z
 uniform vec4 u_moon_width[NARROW_MOONS];  // m: blur at z = 0, its change with z, size at z = 0, its change with z
-uniform vec2 u_moon_rows;                 // m, 1/m: lowest z of the rows, 1 / (highest - lowest)
+uniform vec2 u_moon_rows;                 // m, 1/m: lowest z of the rows, rows per height
 #endif
 #ifdef HAS_WIDE_MOONS
 uniform vec4 u_sun_sphere;             // m: center in the sun's frame, radius
 uniform vec4 u_wide_moons[WIDE_MOONS]; // m: center in the sun's frame, radius
-uniform vec2 u_wide_rows[WIDE_MOONS];  // smallest k of the rows, 1 / (largest - smallest)
+uniform vec4 u_wide_rows[WIDE_MOONS];  // row of a ratio: x + y k up to k = 1, z - w / k beyond; one row is at 1
 #endif
 #ifdef HAS_OVERLAPS
 uniform sampler2D u_overlaps;  // light that the sum of the moons takes twice; layers of z, one below the other
@@ -28,11 +28,10 @@ uniform vec3 u_overlap_scale;  // 1/m
 vec3 eclipse_base;       // m, base point of the ray whose points are asked for; set by the caller
 vec3 eclipse_direction;
 
-// A place in the block of a moon, 0..1 across and down; beyond its ends across the texture itself goes on evenly.
-float visibility_row(vec2 unit, int block) {
-  const vec2 scale = vec2(VISIBILITY_COLUMNS - 1, VISIBILITY_ROWS - 1) / vec2(VISIBILITY_COLUMNS, VISIBILITY_ROWS * OCCLUDERS);
-  vec2 offset = vec2(0.5, 0.5 + block * VISIBILITY_ROWS) / vec2(VISIBILITY_COLUMNS, VISIBILITY_ROWS * OCCLUDERS);
-  return texture(u_visibility, unit * scale + offset).x;
+// The table at a place across the penumbra, 0..1, and at a row of it. Beyond its ends the texture itself goes on evenly.
+float visibility_row(float across, float row) {
+  vec2 place = vec2(across * float(VISIBILITY_COLUMNS - 1), row) + 0.5;
+  return texture(u_visibility, place * (1.0 / vec2(VISIBILITY_COLUMNS, VISIBILITY_ROWS))).x;
 }
 
 #ifdef HAS_NARROW_MOONS
@@ -46,7 +45,7 @@ vec4 narrow_moon(vec3 p, int index) {
 float narrow_fraction(vec3 p, int index) {
   vec4 moon = narrow_moon(p, index);
   float across = (length(moon.zw) - max(moon.y - moon.x, 0.0)) / (moon.x + min(moon.x, moon.y));
-  return visibility_row(vec2(across, (p.z - u_moon_rows.x) * u_moon_rows.y), index);
+  return visibility_row(across, (p.z - u_moon_rows.x) * u_moon_rows.y + float(index * NARROW_ROWS));
 }
 #endif
 
@@ -67,15 +66,17 @@ vec3 wide_moon(vec3 p, int index) {
   float k = arc_sine(min(u_wide_moons[index].w / near, 1.0)) / sun_angle;
   float delta = 2.0 * arc_sine(0.5 * length(to_sun / far - to_body / near)) / sun_angle;
   vec2 aside = to_body.xy - to_sun.xy * (to_body.z / to_sun.z);
+  if (near <= u_wide_moons[index].w) return vec3(0.0, 0.0, 2.0 * k);  // inside it nothing is left
   return near >= far ? vec3(1.0e6, 0.0, k) : vec3(aside * (delta / max(length(aside), 1.0e-20)), k);
 }
 
 float wide_fraction(vec3 p, int index) {
   vec3 moon = wide_moon(p, index);
   float low = max(moon.z - 1.0, 0.0);
-  vec2 rows = u_wide_rows[index];
-  vec2 unit = vec2((length(moon.xy) - low) / (1.0 + moon.z - low), clamp((moon.z - rows.x) * rows.y, 0.0, 1.0));
-  return visibility_row(unit, OCCLUDERS - WIDE_MOONS + index);
+  float across = (length(moon.xy) - low) / (1.0 + moon.z - low);
+  vec4 rows = u_wide_rows[index];
+  float row = clamp(moon.z < 1.0 ? rows.x + rows.y * moon.z : rows.z - rows.w / moon.z, 0.0, float(WIDE_ROWS - 1));
+  return visibility_row(across, row + float(VISIBILITY_ROWS - (WIDE_MOONS - index) * WIDE_ROWS));
 }
 #endif
 

@@ -21,7 +21,7 @@ void main() {
   }
 #endif
 #ifdef HAS_WIDE_MOONS
-  for (int i = 0; i < WIDE_MOONS; ++i) discs[OCCLUDERS - WIDE_MOONS + i] = wide_moon(p, i);
+  for (int i = 0; i < WIDE_MOONS; ++i) discs[u_disc_count - WIDE_MOONS + i] = wide_moon(p, i);
 #endif
   float sum = -hidden_by_all(discs);
   for (int i = 0; i < u_disc_count; ++i) sum += hidden_by_one(discs[i]);

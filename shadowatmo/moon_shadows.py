@@ -1,8 +1,8 @@
 """Where moons' shadows lie in the air, as the shaders see it: in a frame whose third axis points to the sun.
 
-In the plane through a point across that axis a moon at c casts, drawn from the sun's center at the distance D, its outline
-magnified about the point (D - z) / (D - c_z) c, and every point of the outline is blurred to an image of the sun. All
-these lengths are linear in the height z of the plane.
+In the plane through a point across that axis a moon at c casts, drawn from the sun's center at the distance D, its
+outline magnified about the point (D - z) / (D - c_z) c, and every point of the outline is blurred to an image of the
+sun. All these lengths are linear in the height z of the plane.
 """
 
 from dataclasses import dataclass
@@ -12,6 +12,7 @@ import numpy as np
 from shadowatmo import shadow
 
 FLAT = 4e-4  # squared angle times separation in solar radii up to which a moon's disc may be taken for flat
+EVEN, EVEN_BESIDE_ONE = 1.5, 1.05  # largest change of a moon's size over the air; where it passes the sun's own size
 SLICES = 129  # heights at which two shadows are tested for an overlap
 SLACK = 1.02  # of a shadow's radius, for the cut of a cone that is not quite upright
 
@@ -50,14 +51,19 @@ def shadow_path(sun, occluder) -> ShadowPath:
 
 
 def is_narrow(atmosphere, sun, occluder) -> bool:
-    """Whether an occluder stands beyond the air and looks small enough from it for its disc to be flat."""
+    """Whether an occluder stands beyond the air and looks small enough from it for its disc to be flat.
+
+    Its size must also change little over the air, for a few rows of a table stand for all of it.
+    """
     reach, height = atmosphere.top_radius, np.array(occluder.center) @ np.array(sun.direction)
     if height - occluder.radius <= reach or sun.distance <= reach + sun.radius:
         return False
-    sun_angle = sun.radius / (sun.distance - reach)
-    ratio = occluder.radius / (height - reach) / (sun.radius / (sun.distance + reach))
-    angle = reach / (sun.distance - reach) + (1.0 + ratio) * sun_angle
-    return angle * angle * (1.0 + ratio) < FLAT
+    largest = occluder.radius / (height - reach) * (sun.distance + reach) / sun.radius
+    smallest = occluder.radius / (height + reach) * (sun.distance - reach) / sun.radius
+    if largest / smallest > (EVEN_BESIDE_ONE if smallest < 1.0 < largest else EVEN):
+        return False
+    angle = (reach + (1.0 + largest) * sun.radius) / (sun.distance - reach)
+    return angle * angle * (1.0 + largest) < FLAT
 
 
 def sorted_by_width(atmosphere, sun, occluders) -> tuple[tuple, tuple]:
@@ -67,7 +73,7 @@ def sorted_by_width(atmosphere, sun, occluders) -> tuple[tuple, tuple]:
 
 
 def overlap_box(atmosphere, sun, occluders) -> np.ndarray | None:
-    """Return (2, 3), the corners of a box in the frame of `sun_axes` [m] outside of which no two penumbrae meet in the air.
+    """Return (2, 3), corners of a box in the frame of `sun_axes` [m]; outside of it no two penumbrae meet in the air.
 
     None where no two of them do: there the light that moons take is a sum.
     """
@@ -82,8 +88,9 @@ def overlap_box(atmosphere, sun, occluders) -> np.ndarray | None:
             meets = np.linalg.norm(center - other, axis=1) < radius + other_radius
             for middle, size in ((center, radius), (other, other_radius)):
                 meets &= (np.linalg.norm(middle, axis=1) < size + air) & (size > 0.0)
-            first = np.maximum.reduce([center - radius[:, None], other - other_radius[:, None], -np.tile(air, (2, 1)).T])
-            last = np.minimum.reduce([center + radius[:, None], other + other_radius[:, None], np.tile(air, (2, 1)).T])
+            r, other_r, edge = radius[:, None], other_radius[:, None], np.column_stack([air, air])
+            first = np.maximum.reduce([center - r, other - other_r, -edge])
+            last = np.minimum.reduce([center + r, other + other_r, edge])
             meets &= (first < last).all(axis=1)
             low[meets], high[meets] = np.minimum(low, first)[meets], np.maximum(high, last)[meets]
     slices = np.flatnonzero(np.isfinite(low[:, 0]))
@@ -94,14 +101,15 @@ def overlap_box(atmosphere, sun, occluders) -> np.ndarray | None:
 
 
 def _penumbra_slices(sun, occluder, z):
-    """Return centers (n, 2) and radii (n,) [m] of a penumbra at the heights z; radius 0 on the sun's side of the moon."""
+    """Return centers (n, 2) and radii (n,) [m] of a penumbra at heights z; radius 0 on the sun's side of the moon."""
     x, y, height = np.array(occluder.center) @ sun_axes(sun)
     path = shadow_path(sun, occluder)
     distance = float(np.hypot(np.hypot(x, y), sun.distance - height))
     cone = shadow.penumbra_cone(occluder.radius, sun.radius, max(distance, sun.radius + occluder.radius))
     slice_height = z[1] - z[0]
     along = (height - z) * distance / (sun.distance - height)
-    radius = SLACK * cone.width(np.maximum(along, cone.near)) + slice_height * (abs(cone.slope) + np.abs(path.center[:, 1]).sum())
+    change = abs(cone.slope) + np.abs(path.center[:, 1]).sum()
+    radius = SLACK * cone.width(np.maximum(along, cone.near)) + slice_height * change
     shaded = (along > cone.near - slice_height) & (height < sun.distance)
     center = path.center[:, 0] + z[:, None] * path.center[:, 1]
     return center, np.where(shaded, radius, 0.0)
