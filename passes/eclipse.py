@@ -10,6 +10,7 @@ from shadowatmo.passes.base import RenderPass
 from shadowatmo.passes.constants import glsl_array
 from shadowatmo.passes.gl.textures import Target
 from shadowatmo.quadrature import gauss_legendre
+from shadowatmo.ring import chord_polynomial, dims_the_air
 
 COLUMNS = 256  # separations
 NARROW_ROWS, WIDE_ROWS = 8, 48  # size ratios
@@ -36,6 +37,16 @@ def shades_the_air(atmosphere, sun, occluder) -> bool:
 def shading_occluders(scene, sun) -> tuple:
     """Return the occluders of a scene whose penumbra reaches the air in the light of one sun."""
     return tuple(o for o in scene.occluders if shades_the_air(scene.atmosphere, sun, o))
+
+
+def dimming_rings(scene, sun) -> tuple:
+    """Return the rings of a scene whose shadow in the light of one sun may reach the air."""
+    return tuple(ring for ring in scene.rings if dims_the_air(scene.atmosphere, sun, ring))
+
+
+def is_shaded(scene, sun) -> bool:
+    """Whether anything shades the air of a scene in the light of one sun."""
+    return bool(shading_occluders(scene, sun) or dimming_rings(scene, sun))
 
 
 def size_ratios(atmosphere, sun, occluder) -> tuple[float, float]:
@@ -85,17 +96,17 @@ class Eclipse(RenderPass):
         self._key, self._textures = None, {}
 
     def draw(self, scene, textures):
-        key = (scene.suns, scene.occluders, scene.atmosphere.top_radius)
+        key = (scene.suns, scene.occluders, scene.rings, scene.atmosphere.top_radius)
         if key != self._key:
             self.release()
-            self._textures = {sun: self._tables(scene, sun) for sun in scene.suns if shading_occluders(scene, sun)}
+            self._textures = {sun: self._tables(scene, sun) for sun in scene.suns if is_shaded(scene, sun)}
             self._key = key
         textures["visibility"] = self._textures
 
     def _tables(self, scene, sun):
         """Return defines, uniforms and samplers of one sun: rows for each moon, a map of their overlaps if any."""
         moons = EclipseMoons(scene, sun)
-        samplers = {"u_visibility": self._visibility(moons)}
+        samplers = {"u_visibility": self._visibility(moons)} if len(moons) else {}
         if moons.box is not None:
             samplers["u_overlaps"] = self._overlaps(moons)
         return moons.defines(), moons.uniforms(), samplers
@@ -129,12 +140,13 @@ class Eclipse(RenderPass):
 
 
 class EclipseMoons:
-    """The moons that shade the air in the light of one sun, as eclipse.glsl takes them: the narrow ones first."""
+    """What shades the air in the light of one sun, as eclipse.glsl takes it: narrow moons, wide ones, rings."""
 
     def __init__(self, scene, sun):
         self.atmosphere, self.sun = scene.atmosphere, sun
         shading = shading_occluders(scene, sun)
         self.narrow, self.wide = sorted_by_width(scene.atmosphere, sun, shading)
+        self.rings = dimming_rings(scene, sun)
         self.box = overlap_box(scene.atmosphere, sun, shading) if 1 < len(shading) <= MAX_DISCS else None
 
     def __len__(self):
@@ -152,15 +164,16 @@ class EclipseMoons:
 
     def defines(self) -> dict:
         """Return the features of eclipse.glsl."""
-        defines = {
-            "HAS_ECLIPSE": True,
-            "VISIBILITY_COLUMNS": COLUMNS,
-            "VISIBILITY_ROWS": NARROW_ROWS * len(self.narrow) + WIDE_ROWS * len(self.wide),
-        }
+        defines = {"HAS_ECLIPSE": True}
+        if len(self):
+            rows = NARROW_ROWS * len(self.narrow) + WIDE_ROWS * len(self.wide)
+            defines |= {"HAS_MOON_TABLES": True, "VISIBILITY_COLUMNS": COLUMNS, "VISIBILITY_ROWS": rows}
         if self.narrow:
             defines |= {"HAS_NARROW_MOONS": True, "NARROW_MOONS": len(self.narrow), "NARROW_ROWS": NARROW_ROWS}
         if self.wide:
             defines |= {"HAS_WIDE_MOONS": True, "WIDE_MOONS": len(self.wide), "WIDE_ROWS": WIDE_ROWS}
+        if self.rings:
+            defines |= {"HAS_RINGS": True, "RINGS": len(self.rings)}
         if self.box is not None:
             defines |= {"HAS_OVERLAPS": True, "OVERLAP_TEXELS": OVERLAP_TEXELS, "OVERLAP_LAYERS": OVERLAP_LAYERS}
         return defines
@@ -179,10 +192,24 @@ class EclipseMoons:
             uniforms["u_sun_sphere"] = (0.0, 0.0, sun.distance, sun.radius)
             uniforms["u_wide_moons"] = np.array([(*(np.array(m.center) @ axes), m.radius) for m in self.wide])
             uniforms["u_wide_rows"] = np.array([wide_rows(*ratio)[1] for ratio in ratios])
+        if self.rings:
+            uniforms |= ring_uniforms(sun, self.rings)
         if self.box is not None:
             uniforms["u_overlap_low"] = self.box[0]
             uniforms["u_overlap_scale"] = 1.0 / (self.box[1] - self.box[0])
         return uniforms
+
+
+def ring_uniforms(sun, rings) -> dict:
+    """Return the uniforms of eclipse.glsl for rings."""
+    axes = sun_axes(sun)
+    return {
+        "u_ring_planes": np.array([(*(np.array(r.normal) @ axes), np.dot(r.normal, r.center)) for r in rings]),
+        "u_ring_centers": np.array([np.array(r.center) @ axes for r in rings]),
+        "u_ring_edges": np.array([(r.inner_radius, r.outer_radius, 1.0 - r.transmission(sun)) for r in rings]),
+        "u_chord": chord_polynomial(sun.limb_darkening),
+        "u_ring_sun": (sun.distance, sun.radius),
+    }
 
 
 def joint_defines() -> dict:
@@ -203,7 +230,7 @@ def joint_uniforms(sun, count) -> dict:
 
 
 def eclipse_inputs(sun, textures) -> tuple[dict, dict, dict]:
-    """Return defines, uniforms and samplers of eclipse.glsl for one sun; empty where no moon shades the air."""
+    """Return defines, uniforms and samplers of eclipse.glsl for one sun; empty where nothing shades the air."""
     return textures.get("visibility", {}).get(sun, ({}, {}, {}))
 
 

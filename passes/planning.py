@@ -4,7 +4,7 @@ import logging
 
 from shadowatmo.passes.atmosphere import AtmosphereComposite
 from shadowatmo.passes.atmosphere_back_depth import AtmosphereBackDepth
-from shadowatmo.passes.eclipse import Eclipse, shading_occluders
+from shadowatmo.passes.eclipse import Eclipse, dimming_rings, shading_occluders
 from shadowatmo.passes.multiple import MultipleScattering
 from shadowatmo.passes.multiple_view import MultipleView
 from shadowatmo.passes.planet import Planet
@@ -61,7 +61,10 @@ def make_plan(scene, quality) -> Plan:
     moons = {sun: len(shading_occluders(scene, sun)) for sun in scene.suns}
     touched = f"the penumbrae of {max(moons.values())} occluders reach the air"
     untouched = "no occluder's penumbra reaches the air" if scene.occluders else "the scene has no occluders"
-    add(any(moons.values()), Eclipse, touched, untouched)
+    rings = max(len(dimming_rings(scene, sun)) for sun in scene.suns)
+    if rings:
+        touched = f"{touched if any(moons.values()) else untouched}; the shadows of {rings} rings do"
+    add(any(moons.values()) or rings, Eclipse, touched, untouched)
     solved = "the shadow's distances are solved per pixel (depth='analytic')"
     add(textured, ShadowBackDepth, f"the far side of the planet's shadow ({shape}) ends the dark part of a ray", solved)
     add(textured, ShadowFrontDepth, f"the near side of the planet's shadow ({shape}) begins the dark part", solved)

@@ -185,7 +185,7 @@ class _Probe:
         textures = {"u_ray": self._texture(ray.x, ray.k, ray.tangent_k, ray.air)}
         textures |= self._axis_textures(axis, self.rays.t_max - ray.start)
         textures |= table_samplers(uniforms, self.tables)
-        if moons[2]:
+        if moons[0]:
             textures |= moons[2]
             textures |= {"u_base": self._texture(*self.base.T), "u_direction": self._texture(*self.rays.directions.T)}
         if quality.method in TABLE_METHODS:

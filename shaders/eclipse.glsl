@@ -1,4 +1,4 @@
-// How much of the sun the moons leave at a point: limb-darkened discs, by a small table for each moon.
+// How much of the sun moons and rings leave at a point: limb-darkened discs, by a small table for each moon.
 //
 // In the plane through the point across the sun's direction a moon casts the image of the sun's disc, of radius `blur`,
 // around every point of its own outline, of radius `size`, both drawn from the sun's center; they and the shadow's
@@ -8,7 +8,9 @@
 // Where moons overlap in front of the sun, a map over the plane holds what the sum of their parts counts twice.
 
 uniform mat3 u_sun_axes;         // columns: two axes across the sun's direction and the direction
+#ifdef HAS_MOON_TABLES
 uniform sampler2D u_visibility;  // across the penumbra, down z or k; one block of rows for each moon
+#endif
 #ifdef HAS_NARROW_MOONS
 uniform vec4 u_moon_path[NARROW_MOONS];   // m: shadow's center at z = 0, its change with z
 uniform vec4 u_moon_width[NARROW_MOONS];  // m: blur at z = 0, its change with z, size at z = 0, its change with z
@@ -19,6 +21,13 @@ uniform vec4 u_sun_sphere;             // m: center in the sun's frame, radius
 uniform vec4 u_wide_moons[WIDE_MOONS]; // m: center in the sun's frame, radius
 uniform vec4 u_wide_rows[WIDE_MOONS];  // row of a ratio: x + y k up to k = 1, z - w / k beyond; one row is at 1
 #endif
+#ifdef HAS_RINGS
+uniform vec4 u_ring_planes[RINGS];    // unit normal in the sun's frame, its product with the center [m]
+uniform vec3 u_ring_centers[RINGS];   // m
+uniform vec3 u_ring_edges[RINGS];     // m: inner and outer radius; share of the light that the ring takes
+uniform vec4 u_chord;                 // coefficients of the light beyond a chord of the sun's disc
+uniform vec2 u_ring_sun;              // m: distance and radius of the sun
+#endif
 #ifdef HAS_OVERLAPS
 uniform sampler2D u_overlaps;  // light that the sum of the moons takes twice; layers of z, one below the other
 uniform vec3 u_overlap_low;    // m, corner of the map in the sun's frame
@@ -28,11 +37,13 @@ uniform vec3 u_overlap_scale;  // 1/m
 vec3 eclipse_base;       // m, base point of the ray whose points are asked for; set by the caller
 vec3 eclipse_direction;
 
+#ifdef HAS_MOON_TABLES
 // The table at a place across the penumbra, 0..1, and at a row of it. Beyond its ends the texture itself goes on evenly.
 float visibility_row(float across, float row) {
   vec2 place = vec2(across * float(VISIBILITY_COLUMNS - 1), row) + 0.5;
   return texture(u_visibility, place * (1.0 / vec2(VISIBILITY_COLUMNS, VISIBILITY_ROWS))).x;
 }
+#endif
 
 #ifdef HAS_NARROW_MOONS
 // The moon's disc before the sun at a point p of the sun's frame: blur, size, and the vector from it to p [m].
@@ -94,7 +105,33 @@ float overlap(vec3 p) {
 }
 #endif
 
-// Fraction of the sun's light that passes all moons at a point p of the sun's frame.
+#ifdef HAS_RINGS
+// Share of the sun's light beyond a chord of its disc, s radii from the center.
+float beyond_chord(float s) {
+  s = clamp(s, -1.0, 1.0);
+  float q = s * s;
+  return 0.5 - s * (u_chord.x + q * (u_chord.y + q * (u_chord.z + q * u_chord.w)));
+}
+
+// Share of the light that passes a ring: its edges cut the sun's disc along chords.
+float ring_visibility(vec3 p, int index) {
+  vec4 plane = u_ring_planes[index];
+  vec3 edges = u_ring_edges[index];
+  float inverse = 1.0 / (u_ring_sun.x - p.z);
+  vec3 to_sun = vec3(-p.xy * inverse, 1.0);
+  float slant = 1.0 / dot(plane.xyz, to_sun);
+  float path = (plane.w - dot(plane.xyz, p)) * slant;
+  vec3 offset = p + path * to_sun - u_ring_centers[index];
+  float radius = max(length(offset), 1.0e-3);
+  vec3 outward = offset / radius;
+  vec3 rise = outward - plane.xyz * (dot(outward, to_sun) * slant);
+  float sharpness = 1.0 / max(path * u_ring_sun.y * inverse * length(rise), 1.0e-3);
+  float covered = beyond_chord((edges.x - radius) * sharpness) - beyond_chord((edges.y - radius) * sharpness);
+  return path > 0.0 ? 1.0 - edges.z * covered : 1.0;
+}
+#endif
+
+// Fraction of the sun's light that passes all moons and rings at a point p of the sun's frame.
 float visibility_at(vec3 p) {
   float hidden = 0.0;
   float least = 1.0;
@@ -115,7 +152,11 @@ float visibility_at(vec3 p) {
 #ifdef HAS_OVERLAPS
   hidden -= overlap(p);
 #endif
-  return clamp(1.0 - hidden, 0.0, least);
+  float visible = clamp(1.0 - hidden, 0.0, least);
+#ifdef HAS_RINGS
+  for (int i = 0; i < RINGS; ++i) visible *= ring_visibility(p, i);
+#endif
+  return visible;
 }
 
 // The same at a planet-centered point [m].

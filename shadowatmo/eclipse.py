@@ -16,6 +16,7 @@ from shadowatmo.errors import ParameterError
 from shadowatmo.medium import unit_gauss
 from shadowatmo.parameters import Occluder, Sun
 from shadowatmo.rays import Rays
+from shadowatmo.ring import ring_visibility
 from shadowatmo.scene import Scene
 
 ARC_NODES = 40  # error below 1e-8 of the sun's light, worst at grazing contacts
@@ -25,12 +26,12 @@ _AWAY = 1e9  # finite distance that stands for an occluder behind the sun
 
 
 def sun_visibility(scene: Scene, points) -> np.ndarray:
-    """Return the fraction of sun 0's light that passes all occluders, without air and without the planet.
+    """Return the fraction of sun 0's light that passes all occluders and rings, without air and without the planet.
 
     Parameters
     ----------
     scene : Scene
-        The first of its suns and its occluders count.
+        The first of its suns, its occluders and its rings count.
     points : (N, 3) or (3,) float
         [m], planet-centered.
 
@@ -48,7 +49,18 @@ def sun_visibility(scene: Scene, points) -> np.ndarray:
         checked = Rays.validated(points, np.ones(np.shape(points))).origins
     except ParameterError as error:
         raise ParameterError("points", error.value, error.allowed) from None
-    return joint_visibility(checked, scene.suns[0], scene.occluders)
+    return visibility(checked, scene.suns[0], scene)
+
+
+def visibility(points, sun: Sun, scene: Scene) -> np.ndarray:
+    """Return the fraction (N,) of a sun's light that passes a scene's occluders and rings, at `points` (N, 3) [m].
+
+    What the rings let through is taken as the same for the part of the sun that the occluders leave.
+    """
+    result = joint_visibility(points, sun, scene.occluders)
+    for ring in scene.rings:
+        result = result * ring_visibility(points, sun, ring)
+    return result
 
 
 def visible_fraction(points, sun: Sun, occluder: Occluder) -> np.ndarray:
