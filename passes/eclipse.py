@@ -59,7 +59,7 @@ def size_ratios(atmosphere, sun, occluder) -> tuple[float, float]:
 
 
 def visibility_rows(k, limb_darkening) -> np.ndarray:
-    """Return the visible fractions (n, COLUMNS) of one moon over its ratios k (n,), as eclipse.glsl finds them."""
+    """Return the visible fractions (n, COLUMNS) of one moon over its ratios k (n,), as visibility.glsl finds them."""
     k = k[:, None]
     nearest = np.maximum(k - 1.0, 0.0)
     delta = nearest + np.linspace(0.0, 1.0, COLUMNS) * (1.0 + k - nearest)
@@ -140,7 +140,7 @@ class Eclipse(RenderPass):
 
 
 class EclipseMoons:
-    """What shades the air in the light of one sun, as eclipse.glsl takes it: narrow moons, wide ones, rings."""
+    """What shades the air in the light of one sun, as visibility.glsl takes it: narrow moons, wide ones, rings."""
 
     def __init__(self, scene, sun):
         self.atmosphere, self.sun = scene.atmosphere, sun
@@ -163,7 +163,7 @@ class EclipseMoons:
             yield wide_rows(*size_ratios(self.atmosphere, sun, moon))[0]
 
     def defines(self) -> dict:
-        """Return the features of eclipse.glsl."""
+        """Return the features of visibility.glsl."""
         defines = {"HAS_ECLIPSE": True}
         if len(self):
             rows = NARROW_ROWS * len(self.narrow) + WIDE_ROWS * len(self.wide)
@@ -179,7 +179,7 @@ class EclipseMoons:
         return defines
 
     def uniforms(self) -> dict:
-        """Return the uniforms of eclipse.glsl."""
+        """Return the uniforms of visibility.glsl."""
         sun, reach, axes = self.sun, self.atmosphere.top_radius, sun_axes(self.sun)
         uniforms = {"u_sun_axes": axes}
         if self.narrow:
@@ -201,7 +201,7 @@ class EclipseMoons:
 
 
 def ring_uniforms(sun, rings) -> dict:
-    """Return the uniforms of eclipse.glsl for rings."""
+    """Return the uniforms of visibility.glsl for rings."""
     axes = sun_axes(sun)
     return {
         "u_ring_planes": np.array([(*(np.array(r.normal) @ axes), np.dot(r.normal, r.center)) for r in rings]),
@@ -230,7 +230,7 @@ def joint_uniforms(sun, count) -> dict:
 
 
 def eclipse_inputs(sun, textures) -> tuple[dict, dict, dict]:
-    """Return defines, uniforms and samplers of eclipse.glsl for one sun; empty where nothing shades the air."""
+    """Return defines, uniforms and samplers of visibility.glsl for one sun; empty where nothing shades the air."""
     return textures.get("visibility", {}).get(sun, ({}, {}, {}))
 
 

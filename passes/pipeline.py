@@ -19,6 +19,7 @@ from shadowatmo.passes.planet import Planet
 from shadowatmo.passes.planning import make_plan, warn_of_approximations
 from shadowatmo.passes.shadow_back_depth import ShadowBackDepth
 from shadowatmo.passes.shadow_front_depth import ShadowFrontDepth
+from shadowatmo.passes.sun_visibility import SunVisibility
 from shadowatmo.passes.table_probe import make_table, method_orders
 from shadowatmo.passes.tables import TableKeeper
 from shadowatmo.passes.tonemap import Tonemap
@@ -28,7 +29,7 @@ from shadowatmo.passes.widths import Field, Widths, check_convention
 from shadowatmo.plan import Plan
 from shadowatmo.quality import as_quality
 from shadowatmo.scene import Scene
-from shadowatmo.validation import instance, number
+from shadowatmo.validation import instance, integer, number
 
 
 class Renderer:
@@ -174,6 +175,38 @@ class Renderer:
         if target is not None and tuple(target.size) != self.size:
             raise ParameterError("target", f"size {tuple(target.size)}", f"a framebuffer of size {self.size}")
         return self._frame(camera, textures, target)
+
+    def sun_visibility(self, depth, camera, sun=0):
+        """Return how much of a sun is left on the surfaces of a host's depth, as a texture.
+
+        Parameters
+        ----------
+        depth : moderngl.Texture or int
+            As in `compose`, of the renderer's size; `camera.depth` says how it is to be read.
+        camera : Camera
+            The one that the host drew with.
+        sun : int
+            Which of the scene's suns.
+
+        Returns
+        -------
+        moderngl.Texture
+            One 32-bit float channel, in [0, 1], without the air: moons, rings and the planet's own shadow, that of a
+            parallel sun. 1 where the host drew nothing. It is the renderer's; the next call draws into it again.
+        """
+        self._check_open()
+        instance("camera", camera, Camera, "a Camera")
+        star = self.scene.suns[integer("sun", sun, low=0, high=len(self.scene.suns) - 1)]
+        textures = {"host_depth": self._host_texture("depth", depth, 1, None)}
+        check_convention(textures["host_depth"], camera.depth)
+        view = View(self.scene, self.quality, camera, self.size)
+        with preserve_state(self.ctx):
+            if "eclipse" in self._passes:
+                self._passes["eclipse"].draw(self.scene, textures)
+            if "sun_visibility" not in self._passes:
+                self._passes["sun_visibility"] = SunVisibility(self.ctx, self.size)
+            self._passes["sun_visibility"].draw(view, textures, star)
+        return textures["sun_visibility"]
 
     def _host_texture(self, name, texture, components, is_depth):
         """Return a host's texture as a moderngl one, of the right size."""

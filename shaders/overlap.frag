@@ -1,7 +1,7 @@
 #version 330 core
 // The map of what overlapping moons hide together: light that the sum of their parts takes more than once.
 
-#include "eclipse.glsl"
+#include "visibility.glsl"
 #include "joint.glsl"
 
 uniform vec3 u_box_low;   // m, of the map's corner in the sun's frame

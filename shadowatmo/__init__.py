@@ -29,6 +29,7 @@ _LAZY = {  # public name -> module that needs OpenGL, or is large
     "Renderer": "shadowatmo.passes.pipeline",
     "Frame": "shadowatmo.passes.frame",
     "sun_visibility": "shadowatmo.eclipse",
+    "visibility_source": "shadowatmo.passes.sun_visibility",
     "reference": None,  # a module itself
 }
 
@@ -36,7 +37,7 @@ __all__ = [
     "DENSE_EARTH", "EARTH", "MARS", "THIN_EARTH", "TITAN", "TOY_PLANET", "Atmosphere", "Camera", "ContextError",
     "DepthConvention", "Frame", "Occluder", "ParameterError", "PassError", "Quality",
     "Renderer", "Ring", "Scene", "ShaderError", "ShadowAtmoError", "Sun", "Surface", "TentLayer",
-    "open_context", "probe", "reference", "sun_visibility",
+    "open_context", "probe", "reference", "sun_visibility", "visibility_source",
 ]  # fmt: skip
 
 

@@ -2,8 +2,8 @@
 
 The line from a point to the sun's center crosses the ring's plane at some radius. Over the sun's disc that radius
 changes as along a straight line, so that an edge of the ring cuts the limb-darkened disc along a chord; the light
-beyond a chord has a closed form. The edge is taken for straight over the sun's disc, whose image on the ring is a thousand
-times smaller than the ring itself for Saturn.
+beyond a chord has a closed form. The edge is taken for straight over the sun's disc, whose image on the ring is a
+thousand times smaller than the ring itself for Saturn.
 """
 
 import math

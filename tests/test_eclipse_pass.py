@@ -27,7 +27,7 @@ def glsl_visibility(ctx, glsl, scene, points):
         defines = dict(defines)
         del defines["HAS_ECLIPSE"]
         return glsl(
-            ["eclipse.glsl"], "out0.x = sun_visibility(in0.xyz);", [points], uniforms, defines, samplers=samplers
+            ["visibility.glsl"], "out0.x = sun_visibility(in0.xyz);", [points], uniforms, defines, samplers=samplers
         )[:, 0]
     finally:
         eclipse.release()
