@@ -8,6 +8,7 @@ from shadowatmo.errors import ParameterError, PassError
 from shadowatmo.multiple_recipes import RECIPES
 from shadowatmo.passes.atmosphere import AtmosphereComposite
 from shadowatmo.passes.atmosphere_back_depth import AtmosphereBackDepth
+from shadowatmo.passes.cone_depth import ConeDepth
 from shadowatmo.passes.eclipse import Eclipse
 from shadowatmo.passes.frame import Frame
 from shadowatmo.passes.gl.context import check_alive
@@ -207,6 +208,30 @@ class Renderer:
                 self._passes["sun_visibility"] = SunVisibility(self.ctx, self.size)
             self._passes["sun_visibility"].draw(view, textures, star)
         return textures["sun_visibility"]
+
+    def cone_depths(self, camera, sun=0) -> tuple:
+        """Return where pixels' rays are in the shadow cones of the occluders whose penumbra reaches the air.
+
+        Parameters
+        ----------
+        camera : Camera
+            Whose rays.
+        sun : int
+            Which of the scene's suns.
+
+        Returns
+        -------
+        tuple of passes.cone_depth.ConeDepths
+            One for each occluder; its textures are the renderer's until the next call.
+        """
+        self._check_open()
+        instance("camera", camera, Camera, "a Camera")
+        star, textures = self.scene.suns[integer("sun", sun, low=0, high=len(self.scene.suns) - 1)], {}
+        with preserve_state(self.ctx):
+            if "cone_depth" not in self._passes:
+                self._passes["cone_depth"] = ConeDepth(self.ctx, self.size)
+            self._passes["cone_depth"].draw(View(self.scene, self.quality, camera, self.size), textures, star)
+        return textures["cone_depths"]
 
     def _host_texture(self, name, texture, components, is_depth):
         """Return a host's texture as a moderngl one, of the right size."""

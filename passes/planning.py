@@ -4,6 +4,7 @@ import logging
 
 from shadowatmo.passes.atmosphere import AtmosphereComposite
 from shadowatmo.passes.atmosphere_back_depth import AtmosphereBackDepth
+from shadowatmo.passes.cone_depth import ConeDepth, reaching_cones
 from shadowatmo.passes.eclipse import Eclipse, dimming_rings, shading_occluders
 from shadowatmo.passes.multiple import MultipleScattering
 from shadowatmo.passes.multiple_view import MultipleView
@@ -94,5 +95,18 @@ def make_plan(scene, quality) -> Plan:
     add(True, AtmosphereComposite, f"{how} ({suns})", "", inputs)
     if any(sun.disc_at_terminator for sun in scene.suns):
         left_out.append(Step("disc_at_terminator", "the planet's shadow is drawn hard"))
+    if any(moons.values()):
+        cones = f"drawn when asked for, the table does the shading: {cones_in_words(scene)}"
+        left_out.append(Step(ConeDepth.name, cones))
     left_out.append(Step(Tonemap.name, "runs when a picture is asked for; frames are scene-linear"))
     return Plan(tuple(steps), tuple(left_out))
+
+
+def cones_in_words(scene) -> str:
+    """Return which occluders have which cones in the air, in the light of each sun."""
+    found = []
+    for number, sun in enumerate(scene.suns):
+        for moon in shading_occluders(scene, sun):
+            cones = ", ".join("penumbra" if c == "outer" else c for c in reaching_cones(scene.atmosphere, sun, moon))
+            found.append(f"{cones} of occluder {scene.occluders.index(moon)} in the light of sun {number}")
+    return "; ".join(found)
