@@ -76,6 +76,7 @@ def test_plan_names_the_cones(ctx):
     scene = sa.Scene(suns=SUN, occluders=(sa.Occluder((0, 3.7e8, 0), 1e6), MOON))
     with sa.Renderer(ctx, scene, (8, 8), sa.Quality(orders=1)) as renderer:
         assert "penumbra, umbra, antumbra of occluder 1 in the light of sun 0" in str(renderer.plan)
-        assert len(renderer.cone_depths(CAMERAS["at the apex"])) == 1
+        for _ in range(2):
+            assert len(renderer.cone_depths(CAMERAS["at the apex"])) == 1
         renderer.scene = sa.Scene(suns=SUN)
         assert "cone_depth" not in str(renderer.plan) and renderer.cone_depths(CAMERAS["at the apex"]) == ()

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import shadowatmo as sa
+from shadowatmo import reference
 from shadowatmo.eclipse import disc_visibility, joint_discs, joint_visibility
 from shadowatmo.moon_shadows import is_narrow, overlap_box, sun_axes
 from shadowatmo.passes.eclipse import MAX_DISCS, EclipseMoons, joint_defines
@@ -136,3 +137,36 @@ def test_what_counts_as_narrow():
     assert not is_narrow(EARTH, SUN, dataclasses.replace(MOON, center=(3.7e7, 0, 0)))  # ten times as large
     assert not is_narrow(EARTH, SUN, sa.Occluder((6.6e6, 0, 0), 50.0))  # within a satellite's reach of the air
     assert MAX_DISCS == 8
+
+
+def test_eight_occluders_and_three_suns(ctx, rng):
+    """Each sun has its own moons; the frame and the probe are the sum over the suns, each against the twin."""
+    second = sa.Sun((0.2, 1.0, 0.3), irradiance=(0.5, 0.3, 0.2))
+    suns = (SUN, second, sa.Sun((0.3, 0.1, -1.0), irradiance=(0.1, 0.2, 0.4)))
+    moons = [MOON, SETS["two"][1]]
+    for sun, shift in ((suns[1], 0.0), (suns[1], 2e6), (suns[2], 1e6)):
+        center = 3.6e8 * np.array(sun.direction) + shift * np.array([0.5, 0.5, 0.0])
+        moons.append(sa.Occluder(tuple(center), 1.6e6))
+    moons += [sa.Occluder((0.0, -3e8, 1e7 * i), 1.5e6) for i in range(3)]  # in nobody's light
+    scene = sa.Scene(suns=suns, occluders=tuple(moons))
+    assert [len(EclipseMoons(scene, sun)) for sun in suns] == [2, 2, 1]
+    assert [EclipseMoons(scene, sun).box is not None for sun in suns] == [True, True, False]
+    aim = rng.normal(size=(14, 3)) * 4e6
+    origins = np.tile((1.5e7, 1.5e7, -1e7), (14, 1))
+    truth = reference.probe(scene, origins, aim - origins)
+    found = sa.probe(ctx, scene, origins, aim - origins, quality=sa.Quality(nodes=20, gap_nodes=10, terms=6, orders=1))
+    hit = truth.end != "miss"
+    assert hit.sum() > 8
+    bright = reference.probe(sa.Scene(suns=suns), origins, aim - origins)
+    for field in ("single", "ground_direct"):
+        error = np.abs(getattr(found, field) - getattr(truth, field))[hit]
+        assert np.percentile(error, 95) < 2e-3 * getattr(bright, field).max(), field
+        assert np.abs(getattr(bright, field) - getattr(truth, field)).max() > 0.05 * getattr(bright, field).max()
+    camera = sa.Camera(position=(1.5e7, 1.5e7, -1e7), target=(0, 0, 0), vertical_fov=0.8)
+    with sa.Renderer(ctx, scene, (48, 27), sa.Quality(depth="analytic", orders=1)) as renderer:
+        whole = renderer.render(camera).numpy()
+        parts = np.zeros_like(whole)
+        for sun in suns:
+            renderer.scene = sa.Scene(suns=sun, occluders=tuple(moons))
+            parts += renderer.render(camera).numpy()
+    assert np.abs(whole - parts).max() < 1e-5 * whole.max()
