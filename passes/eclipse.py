@@ -14,7 +14,7 @@ from shadowatmo.ring import chord_polynomial, dims_the_air
 
 COLUMNS = 256  # separations
 NARROW_ROWS, WIDE_ROWS = 8, 48  # size ratios
-OVERLAP_TEXELS, OVERLAP_LAYERS = 320, 12  # across the sun's direction and along it
+OVERLAP_TEXELS, SHARP_TEXELS, OVERLAP_LAYERS = 160, 320, 12  # of a map across the sun's direction and along it
 ARC_NODES = 10  # on every free stretch of a moon's edge; 8 leave an error of 8e-4
 MAX_DISCS = 8  # that one map takes together
 
@@ -119,9 +119,9 @@ class Eclipse(RenderPass):
         return texture
 
     def _overlaps(self, moons):
-        target = self.own(Target(self.ctx, (OVERLAP_TEXELS, OVERLAP_TEXELS * OVERLAP_LAYERS), color=("r32f",)))
+        target = self.own(Target(self.ctx, (moons.texels, moons.texels * OVERLAP_LAYERS), color=("r32f",)))
         target.framebuffer.use()
-        texels = np.array([OVERLAP_TEXELS, OVERLAP_TEXELS, OVERLAP_LAYERS])
+        texels = np.array([moons.texels, moons.texels, OVERLAP_LAYERS])
         defines = {name: value for name, value in moons.defines().items() if name != "HAS_OVERLAPS"}
         uniforms = {
             **moons.uniforms(),
@@ -131,7 +131,7 @@ class Eclipse(RenderPass):
         }
         uniforms = {name: value for name, value in uniforms.items() if name not in ("u_overlap_low", "u_overlap_scale")}
         del defines["HAS_ECLIPSE"]
-        defines |= {**joint_defines(), "OVERLAP_TEXELS": OVERLAP_TEXELS}
+        defines |= {**joint_defines(), "OVERLAP_TEXELS": moons.texels}
         self.fullscreen("overlap.frag", defines, uniforms)
         texture = target.color[0]
         texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
@@ -146,6 +146,7 @@ class EclipseMoons:
         self.atmosphere, self.sun = scene.atmosphere, sun
         shading = shading_occluders(scene, sun)
         self.narrow, self.wide = sorted_by_width(scene.atmosphere, sun, shading)
+        self.texels = SHARP_TEXELS if self.wide else OVERLAP_TEXELS  # a near moon has a sharp edge
         self.rings = dimming_rings(scene, sun)
         self.box = overlap_box(scene.atmosphere, sun, shading) if 1 < len(shading) <= MAX_DISCS else None
 
@@ -175,7 +176,7 @@ class EclipseMoons:
         if self.rings:
             defines |= {"HAS_RINGS": True, "RINGS": len(self.rings)}
         if self.box is not None:
-            defines |= {"HAS_OVERLAPS": True, "OVERLAP_TEXELS": OVERLAP_TEXELS, "OVERLAP_LAYERS": OVERLAP_LAYERS}
+            defines |= {"HAS_OVERLAPS": True, "OVERLAP_TEXELS": self.texels, "OVERLAP_LAYERS": OVERLAP_LAYERS}
         return defines
 
     def uniforms(self) -> dict:
