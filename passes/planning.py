@@ -5,7 +5,7 @@ import logging
 from shadowatmo.passes.atmosphere import AtmosphereComposite
 from shadowatmo.passes.atmosphere_back_depth import AtmosphereBackDepth
 from shadowatmo.passes.cone_depth import ConeDepth, reaching_cones
-from shadowatmo.passes.eclipse import Eclipse, dimming_rings, shading_occluders
+from shadowatmo.passes.eclipse import MAX_DISCS, Eclipse, dimming_rings, shading_occluders
 from shadowatmo.passes.multiple import MultipleScattering
 from shadowatmo.passes.multiple_view import MultipleView
 from shadowatmo.passes.planet import Planet
@@ -28,6 +28,8 @@ def warn_of_approximations(scene) -> list[str]:
     found = []
     if any(sun.disc_at_terminator for sun in scene.suns):
         found.append("disc_at_terminator: the planet's shadow is drawn hard; the float64 twin averages over the disc")
+    if any(len(shading_occluders(scene, sun)) > MAX_DISCS for sun in scene.suns):
+        found.append(f"occluders: beyond {MAX_DISCS} that shade the air, what overlaps before the sun counts twice")
     for message in found:
         log.warning(message)
     return found
