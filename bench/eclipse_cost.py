@@ -25,6 +25,9 @@ AWAY = tuple(sa.Occluder(center=(3.66e8, 5e7 * np.cos(a), 5e7 * np.sin(a)), radi
 VARIANTS = {"no moon": (), "eight that miss": AWAY, "one": (MOON,), "two, overlapping": (MOON, SECOND)}
 
 
+SURFACES = {"air alone": None, "plain ground": sa.Surface()}
+
+
 def main(frames=9):
     ctx = sa.open_context()
     source, target = (Target(ctx, SIZE, color=("rgba16f",)) for _ in range(2))
@@ -36,20 +39,21 @@ def main(frames=9):
         bind_textures(program, {"u_color": source.color[0]})
         triangle.draw()
 
-    renderers = [
-        sa.Renderer(ctx, sa.Scene(suns=SUN, occluders=moons), SIZE, sa.Quality(depth="analytic"))
-        for moons in VARIANTS.values()
-    ]
-    print(f"{'ratio to the copy pass':26s}" + "".join(f"{name:>18s}" for name in VARIANTS))
-    for name in NAMES:
-        draws = [copy, *(partial(renderer.render, CAMERAS[name]) for renderer in renderers)]
-        for draw in draws:
-            draw()
-        times = np.array([[cpu_time(ctx, draw) for draw in draws] for _ in range(frames)])
-        ratios = np.median(times, axis=0) / np.median(times[:, 0])
-        print(f"{name:26s}" + "".join(f"{ratio:18.2f}" for ratio in ratios[1:]), flush=True)
-    for renderer in renderers:
-        renderer.close()
+    for title, surface in SURFACES.items():
+        print(f"{title:26s}" + "".join(f"{name:>18s}" for name in VARIANTS))
+        renderers = [
+            sa.Renderer(ctx, sa.Scene(suns=SUN, occluders=moons, surface=surface), SIZE, sa.Quality(depth="analytic"))
+            for moons in VARIANTS.values()
+        ]
+        for name in NAMES:
+            draws = [copy, *(partial(renderer.render, CAMERAS[name]) for renderer in renderers)]
+            for draw in draws:
+                draw()
+            times = np.array([[cpu_time(ctx, draw) for draw in draws] for _ in range(frames)])
+            ratios = np.median(times, axis=0) / np.median(times[:, 0])
+            print(f"{name:26s}" + "".join(f"{ratio:18.2f}" for ratio in ratios[1:]), flush=True)
+        for renderer in renderers:
+            renderer.close()
 
 
 if __name__ == "__main__":

@@ -67,8 +67,36 @@ def light_beyond_chord(s, u) -> np.ndarray:
     return ((1.0 - u) * even + u * dome) / (math.pi * (1.0 - u / 3.0))
 
 
+@dataclass(frozen=True, eq=False)
+class Chords:
+    """Where the edges of a ring cut the sun's disc, as seen from N points.
+
+    Parameters
+    ----------
+    inner, outer : (N,) float
+        Distances of the edges from the sun's center, in its radii, along `rise`; both 2 where the ring is elsewhere.
+    rise : (N, 3) float
+        Across the line to the sun: toward larger radii of the ring.
+    transmission : (N,) float
+        Share of the light that passes between the edges.
+    """
+
+    inner: np.ndarray
+    outer: np.ndarray
+    rise: np.ndarray
+    transmission: np.ndarray
+
+
 def ring_visibility(points, sun, ring) -> np.ndarray:
     """Return the fraction (N,) of a sun's light that a ring lets through to `points` (N, 3) [m]."""
+    chords = ring_chords(points, sun, ring)
+    covered = light_beyond_chord(chords.inner, sun.limb_darkening)
+    covered -= light_beyond_chord(chords.outer, sun.limb_darkening)
+    return 1.0 - covered * (1.0 - chords.transmission)
+
+
+def ring_chords(points, sun, ring) -> Chords:
+    """Return how a ring's edges cut the sun's disc as seen from `points` (N, 3) [m]."""
     points, normal, center = np.asarray(points, dtype=np.float64), np.array(ring.normal), np.array(ring.center)
     to_sun = sun.distance * np.array(sun.direction) - points
     far = np.linalg.norm(to_sun, axis=1)
@@ -81,10 +109,9 @@ def ring_visibility(points, sun, ring) -> np.ndarray:
     outward = offset / radius[:, None]
     rise = outward - normal * (np.einsum("ij,ij->i", outward, to_sun) / slant)[:, None]
     blur = np.maximum(path * np.arcsin(sun.radius / far) * np.linalg.norm(rise, axis=1), 1e-9)
-    covered = light_beyond_chord((ring.inner_radius - radius) / blur, sun.limb_darkening)
-    covered -= light_beyond_chord((ring.outer_radius - radius) / blur, sun.limb_darkening)
-    covered = np.where((path > 0.0) & (path < far), covered, 0.0)
-    return 1.0 - covered * (1.0 - np.exp(-ring.optical_depth / np.abs(slant)))
+    between = (path > 0.0) & (path < far)
+    inner, outer = (np.where(between, (edge - radius) / blur, 2.0) for edge in (ring.inner_radius, ring.outer_radius))
+    return Chords(inner, outer, rise, np.exp(-ring.optical_depth / np.abs(slant)))
 
 
 def dims_the_air(atmosphere, sun, ring) -> bool:

@@ -25,7 +25,7 @@ def points_of_air(rng, count):
     return x / np.linalg.norm(x, axis=1)[:, None] * rng.uniform(PLANET.bottom_radius, PLANET.top_radius, (count, 1))
 
 
-def by_many_suns(points, sun, ring, rings=60, spokes=96):
+def by_many_suns(points, sun, ring, rings=60, spokes=96, moon=None):
     """Mean transmission (N,) over points of the sun's disc, weighted by its light."""
     r = np.sqrt((np.arange(rings) + 0.5) / rings)
     a = 2 * np.pi * (np.arange(spokes) + 0.5) / spokes
@@ -46,7 +46,10 @@ def by_many_suns(points, sun, ring, rings=60, spokes=96):
             path = (np.array(ring.center) - points) @ np.array(ring.normal) / slant
             place = np.linalg.norm(points + path[:, None] * ray - ring.center, axis=1)
             hit = (path > 0) & (place > ring.inner_radius) & (place < ring.outer_radius)
-            total += weight * np.where(hit, np.exp(-ring.optical_depth / np.abs(slant)), 1.0)
+            passed = np.where(hit, np.exp(-ring.optical_depth / np.abs(slant)), 1.0)
+            if moon is not None:
+                passed = passed * (np.linalg.norm(np.cross(moon.center - points, ray), axis=1) > moon.radius)
+            total += weight * passed
     return total / (light.sum() * spokes)
 
 
@@ -88,6 +91,21 @@ def test_shader_against_twin(ctx, glsl, rng):
         truth = visibility(points, SUN, scene)
         error = np.abs(glsl_visibility(ctx, glsl, scene, points) - truth)
         assert error.max() < 2e-3 and truth.min() < 0.7, (rings, moons)
+
+
+def test_a_moon_before_a_rings_edge(rng):
+    """A ring dims what a moon leaves of the sun: cells of the disc against the twin, beside the product of both."""
+    axis = np.array(SUN.direction)
+    points = near_edges(rng, SUN, B, 12)
+    errors, products = [], []
+    for point in points:
+        moon = sa.Occluder(tuple(point + 2e8 * (axis + 2e-3 * rng.normal(size=3))), 0.8e6)
+        scene = sa.Scene(suns=SUN, rings=B, occluders=moon)
+        found = visibility(point[None], SUN, scene)[0]
+        errors.append(abs(found - by_many_suns(point[None], SUN, B, moon=moon)[0]))
+        product = joint_visibility(point[None], SUN, (moon,))[0] * ring_visibility(point[None], SUN, B)[0]
+        products.append(abs(found - product))
+    assert np.max(errors) < 6e-3 and np.max(products) > 0.02
 
 
 def test_bands_of_light_in_rays(ctx, rng):
