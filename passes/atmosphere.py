@@ -109,7 +109,7 @@ def composite_inputs(view, textures, sun, first) -> tuple[tuple, tuple, tuple]:
         air = joined(air, moons, ({}, {"u_camera_position": view.position}, {}))
     if "multiple_view" in textures and view.quality.method == "segments":
         more = {**multiple_uniforms(view.scene.atmosphere), **view_uniforms(view, sun)}
-        air = joined(air, (view_defines(view), more, {"u_multiple_view": textures["multiple_view"]}))
+        air = joined(air, (view_defines(view, textures), more, {"u_multiple_view": textures["multiple_view"]}))
     return (defines, uniforms, samplers), air, class_features
 
 

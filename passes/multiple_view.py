@@ -9,7 +9,7 @@ from shadowatmo.passes.constants import medium_defines, medium_uniforms, segment
 from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.multiple import multiple_defines, multiple_samplers, multiple_uniforms, path_defines
 
-CELL = 16  # pixels
+CELLS = {False: 16, True: 32}  # pixels, by whether the frame is interpolated between samples anyway
 FIRST = 0.375  # scale of the slices' distances in Rayleigh scale heights: uniform below, logarithmic beyond
 HIGH_ALTITUDE = 2.5  # of the camera, in scale heights of the higher layer, from which the table goes by geometry
 HIGH_SIZE = (65, 128)  # azimuths, rows of both halves
@@ -23,9 +23,14 @@ def is_high(view) -> bool:
     return view.altitude > HIGH_ALTITUDE * max(atmosphere.rayleigh_scale_height, atmosphere.mie_scale_height)
 
 
-def view_defines(view) -> dict:
+def has_whole_paths(view, textures) -> bool:
+    """Return whether the table needs whole paths alone, for nothing but the ground's sphere and the top ends one."""
+    return view.quality.tolerance > 0.0 and is_high(view) and not {"planet_depth", "host_depth"} & set(textures)
+
+
+def view_defines(view, textures) -> dict:
     """Return the defines of multiple_view.glsl for the lookup."""
-    return {"HAS_MULTIPLE_VIEW": True, **_kind(view)}
+    return {"HAS_MULTIPLE_VIEW": True, **_kind(view, textures)}
 
 
 def view_uniforms(view, sun) -> dict:
@@ -48,13 +53,19 @@ def view_uniforms(view, sun) -> dict:
     }
 
 
-def _kind(view):
+def _kind(view, textures):
     high = is_high(view)
-    return {"SLICES": SLICES[high], **({"HAS_HIGH_CAMERA": True} if high else {"CELL": CELL})}
+    if has_whole_paths(view, textures):
+        return {"SLICES": 1, "HAS_HIGH_CAMERA": True, "HAS_WHOLE_PATHS": True}
+    return {"SLICES": SLICES[high], **({"HAS_HIGH_CAMERA": True} if high else {"CELL": _cell(view)})}
+
+
+def _cell(view):
+    return CELLS[view.quality.tolerance > 0.0]
 
 
 def _size(view):
-    return HIGH_SIZE if is_high(view) else tuple(-(-n // CELL) + 1 for n in view.size)
+    return HIGH_SIZE if is_high(view) else tuple(-(-n // _cell(view)) + 1 for n in view.size)
 
 
 class MultipleView(RenderPass):
@@ -70,22 +81,23 @@ class MultipleView(RenderPass):
 
     def draw(self, view, textures, sun, recipe):
         atmosphere, high = view.scene.atmosphere, is_high(view)
-        if high not in self._targets:
-            width, height = _size(view)
-            target = self.own(Target(self.ctx, (width, height * SLICES[high]), color=("rgba32f",)))
+        kind, (width, height) = _kind(view, textures), _size(view)
+        size = width, height * kind["SLICES"]
+        if size not in self._targets:
+            target = self.own(Target(self.ctx, size, color=("rgba32f",)))
             target.color[0].filter = (self.ctx.LINEAR, self.ctx.LINEAR)
-            self._targets[high] = target
+            self._targets[size] = target
         defines = {**medium_defines(atmosphere), **multiple_defines(recipe), **path_defines(NODES[high], 2)}
         uniforms = {**view.camera_uniforms(), **medium_uniforms(atmosphere), **segment_uniforms(atmosphere)}
         uniforms |= {**multiple_uniforms(atmosphere), **view_uniforms(view, sun), **view.axis_uniforms(sun)}
-        defines |= {"TERMS": 4, **_kind(view)}
+        defines |= {"TERMS": 4, **kind}
         if view.is_far and not high:
             defines["HAS_FAR_CAMERA"] = True
         elif view.is_far:
             uniforms.pop("u_moments")
-        self._targets[high].framebuffer.use()
+        self._targets[size].framebuffer.use()
         self.fullscreen("multiple_view.frag", defines, uniforms, multiple_samplers(textures))
-        textures["multiple_view"] = self._targets[high].color[0]
+        textures["multiple_view"] = self._targets[size].color[0]
 
     def release(self):
         super().release()
