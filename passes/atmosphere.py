@@ -108,7 +108,7 @@ def composite_inputs(view, textures, sun, first) -> tuple[tuple, tuple, tuple]:
     if moons[0]:
         air = joined(air, moons, ({}, {"u_camera_position": view.position}, {}))
     if "multiple_view" in textures and view.quality.method == "segments":
-        more = {**multiple_uniforms(view.scene.atmosphere), **view_uniforms(view, sun)}
+        more = {**multiple_uniforms(view.scene.atmosphere), **view_uniforms(view, sun, textures)}
         air = joined(air, (view_defines(view, textures), more, {"u_multiple_view": textures["multiple_view"]}))
     return (defines, uniforms, samplers), air, class_features
 

@@ -6,10 +6,10 @@
 //
 // Low cameras: across and up the corners of cells of the frame; the slices are distances. For M the ground is transparent,
 // its air as dense as at altitude 0, so that the horizon is no edge.
-// High ones (HAS_HIGH_CAMERA): across the azimuth from the sun about the nadir; up the rays that meet the ground, by their
-// slope there, and over them those that do not, by the altitude of their tangent point, then by their own slope where
-// they rise. The slices are the altitude at which a descending path ends; the last one holds whole paths, and is the only
-// one where nothing but the ground's sphere ends a path (HAS_WHOLE_PATHS).
+// High ones, and all where nothing but the ground's sphere and the top ends a path (HAS_HIGH_CAMERA): across the azimuth
+// from the sun about the nadir; up the rays that meet the ground, by their slope there, and over them those that do not, by
+// the altitude of their tangent point, then by their own slope where they rise. The slices are the altitude at which a
+// descending path ends; the last one holds whole paths, and is the only one where there are no others (HAS_WHOLE_PATHS).
 
 uniform vec2 u_view_size;    // texels of a slice
 uniform vec2 u_view_slices;  // m, scale of the distances; 1 / log(1 + farthest / scale)
