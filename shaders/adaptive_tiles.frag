@@ -32,6 +32,7 @@ struct Bounds {
   float angle;  // rad, of the tile's corners from its middle, at most
   Ray ray;      // of its middle
   vec3 direction;
+  float x;  // m, from the tangent point to the camera, along the ray
 };
 
 Bounds tile_bounds(Pixel pixel) {
@@ -41,13 +42,14 @@ Bounds tile_bounds(Pixel pixel) {
   tile.angle = offset / max(pixel.stretch - offset, 1.0);
   tile.ray = pixel_ray(pixel);
   tile.direction = pixel.direction;
+  tile.x = dot(u_position_dots, pixel.screen) / pixel.stretch;
   return tile;
 }
 
 // Whether a ray of the tile may touch the ground's or the top's sphere without any corner telling.
 bool on_limb(Bounds tile, Pixel pixel) {
   float r = sqrt(max(u_bottom_radius * u_bottom_radius + u_camera_k, 0.0));
-  float x = dot(u_position_dots, pixel.screen) / pixel.stretch;
+  float x = tile.x;
   if (x > r * tile.angle) return false;
   // impact parameters of the tile differ from its middle's by at most this
   float spread = tile.angle * (abs(x) + 0.5 * r * tile.angle);
@@ -60,6 +62,17 @@ bool on_limb(Bounds tile, Pixel pixel) {
 #endif
   spread *= 2.0 * impact + spread;
   return abs(tangent_k) < spread || abs(tangent_k - u_top_k) < spread;
+}
+
+// Whether any ray of a tile on the horizon or the limb may meet the planet's shadow before it leaves the air.
+bool near_shadow(Bounds tile, Pixel pixel) {
+  float last = max(sqrt(u_top_k) - tile.x - tile.ray.start, 0.0);
+  float margin = 2.0 * tile.angle * (last + tile.ray.start);
+  Cone wider = u_shadow;
+  wider.excess += margin;
+  wider.near -= margin;
+  vec2 shadow = cone_interval(pixel_axis_ray(pixel, tile.ray, u_shadow_axis), wider, 1.0);
+  return shadow.x < last && shadow.y > 0.0;
 }
 
 bool on_peak(Bounds tile) {
@@ -154,14 +167,12 @@ void main() {
   float code = texelFetch(u_clear, at, 0).a;
   bool same = true;
   bool any_shadow = false;
-  bool any_sky = false;
   for (int i = 0; i < 4; ++i) {
     ivec2 corner = at + ivec2(i & 1, i >> 1);
     vec4 through = texelFetch(u_clear, corner, 0);
     vec3 radiance = texelFetch(u_light, corner, 0).rgb;
     same = same && through.a == code;
     any_shadow = any_shadow || code_has(through.a, SHADOW_BEHIND);
-    any_sky = any_sky || (code_has(through.a, WITH_AIR) && !code_has(through.a, WITH_GROUND));
     darkest = min(darkest, brightest(radiance));
     lit += 0.25 * radiance;
     passed += 0.25 * through.rgb;
@@ -191,9 +202,8 @@ void main() {
   refused = refused || on_narrow_shadow(tile);
 #endif
   bool one_kind = same && flat_enough && !edge;
-  bool one_lit_piece = code_has(code, LIT_BEFORE) != code_has(code, LIT_BEHIND);
-  // On the horizon and the limb all paths are alike the parts of those into the sky beside them.
-  bool lit_alone = !any_shadow && (!edge || any_sky);
-  float kind = lit_alone ? LIT_TILE : (one_kind && one_lit_piece ? SHADOW_TILE : MIXED_TILE);
+  bool two_pieces = code_has(code, LIT_BEFORE) && code_has(code, LIT_BEHIND);
+  bool lit_alone = !any_shadow && !(edge && near_shadow(tile, pixel));
+  float kind = lit_alone ? LIT_TILE : (one_kind && !two_pieces ? SHADOW_TILE : MIXED_TILE);
   out_kind = refused ? kind : INTERPOLATED;
 }

@@ -58,6 +58,6 @@ vec4 path_cuts(ivec2 texel, Pixel pixel, Ray ray) {
 #endif
   vec2 shadow = shadow_along(texel, pixel, ray);
   float end = ray.air < 0.0 ? 0.0 : clamp(solid - ray.start, 0.0, max(air, 0.0));
-  float from = clamp(shadow.x, 0.0, end);
+  float from = shadow.y > shadow.x ? clamp(shadow.x, 0.0, end) : end;
   return vec4(solid, from, clamp(shadow.y, from, end), end);
 }
