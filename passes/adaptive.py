@@ -1,7 +1,7 @@
 """Pass 5 at the resolution that the picture needs: the air at the corners of tiles of 8 x 8 pixels, interpolated.
 
-Most of a frame is so smooth that its corners say it all. Tiles that are not (shaders/adaptive_tiles.frag says which) are
-drawn again pixel by pixel, as points of a tile's size, by the same shader that the full frame is composed with.
+Most of a frame is so smooth that its corners say it all. The other tiles (shaders/adaptive_tiles.frag says which) are
+drawn again pixel by pixel, as points of a tile's size, by the shader that also composes whole frames.
 """
 
 import math
@@ -18,7 +18,10 @@ from shadowatmo.passes.widths import cuts_inputs
 from shadowatmo.shadow import penumbra_cone, umbra_cone
 
 TILE = 8  # pixels
-LOBE_REACH = 4.0  # widths of a forward lobe that is narrower than that many tiles, within which it is drawn pixel by pixel
+LOBE_REACH = 4.0  # a forward lobe narrower than as many tiles is drawn pixel by pixel within as many of its widths
+
+DRAWN_PER_PIXEL = ("HAS_BACKGROUND", "HAS_SUN_DISC", "HAS_MOONS", "MOONS")  # what samples do not hold
+DISC_UNIFORMS = ("u_sun_disc", "u_pixel_angle", "u_moons")
 
 
 class AdaptiveComposite(RenderPass):
@@ -47,20 +50,20 @@ class AdaptiveComposite(RenderPass):
         self._draw_frame(seen, grid, first)
         self.ctx.enable(moderngl.PROGRAM_POINT_SIZE)
         for kind, features in enumerate(class_features[1:], 1):
-            inputs = joined(seen, air, cuts, ({"HAS_SOLVED_CUTS": True, "TILE": TILE, **features}, {"u_kind": kind}, {}))
-            self._draw_points(*inputs)
+            own = {"HAS_SOLVED_CUTS": True, "TILE": TILE, **features}, {"u_kind": kind}, {}
+            self._draw_points(*joined(seen, air, cuts, own))
         self.ctx.disable(moderngl.PROGRAM_POINT_SIZE)
         self.ctx.disable(moderngl.BLEND)
         self.ctx.blend_func = moderngl.ONE, moderngl.ZERO
         textures["color"] = self.target.color[0]
 
     def _draw_grid(self, seen, air, cuts, features):
-        skipped = {"HAS_BACKGROUND", "HAS_SUN_DISC", "HAS_MOONS", "MOONS"}
-        kept = {name: value for name, value in seen[0].items() if name not in skipped}
-        uniforms = {name: value for name, value in seen[1].items() if name not in ("u_sun_disc", "u_pixel_angle", "u_moons")}
         own = {"TILE": TILE, **features}, {"u_size": self.size}, {}
+        defines, uniforms, samplers = joined((*seen[:2], {}), air, cuts, own)
+        kept = {name: value for name, value in defines.items() if name not in DRAWN_PER_PIXEL}
         self.grid.framebuffer.use()
-        self.fullscreen("adaptive_grid.frag", *joined((kept, uniforms, {}), air, cuts, own))
+        uniforms = {name: value for name, value in uniforms.items() if name not in DISC_UNIFORMS}
+        self.fullscreen("adaptive_grid.frag", kept, uniforms, samplers)
 
     def _draw_tiles(self, view, sun, seen, cuts, grid):
         defines, uniforms, samplers = cuts

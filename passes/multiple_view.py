@@ -12,7 +12,7 @@ from shadowatmo.passes.multiple import multiple_defines, multiple_samplers, mult
 CELL = 16  # pixels
 FIRST = 0.375  # scale of the slices' distances in Rayleigh scale heights: uniform below, logarithmic beyond
 HIGH_ALTITUDE = 2.5  # of the camera, in scale heights of the higher layer, from which the table goes by geometry
-HIGH_SIZE = (65, 128)  # azimuths, rows of both halves
+GEOMETRY_SIZES = {False: (49, 96), True: (65, 128)}  # azimuths, rows of both halves, by whether the camera is high
 SLICES = {False: 12, True: 6}  # by whether the camera is high
 LOWEST = 1.0  # m, altitude of the camera that the table by geometry still tells from the ground
 NODES = {False: 8, True: 10}
@@ -71,7 +71,9 @@ def _kind(view, textures):
 
 
 def _size(view, textures):
-    return HIGH_SIZE if _by_geometry(view, textures) else tuple(-(-n // CELL) + 1 for n in view.size)
+    if _by_geometry(view, textures):
+        return GEOMETRY_SIZES[is_high(view)]
+    return tuple(-(-n // CELL) + 1 for n in view.size)
 
 
 class MultipleView(RenderPass):
@@ -93,7 +95,7 @@ class MultipleView(RenderPass):
             target = self.own(Target(self.ctx, size, color=("rgba32f",)))
             target.color[0].filter = (self.ctx.LINEAR, self.ctx.LINEAR)
             self._targets[size] = target
-        defines = {**medium_defines(atmosphere), **multiple_defines(recipe), **path_defines(NODES[geometry], 2)}
+        defines = {**medium_defines(atmosphere), **multiple_defines(recipe), **path_defines(NODES[is_high(view)], 2)}
         uniforms = {**view.camera_uniforms(), **medium_uniforms(atmosphere), **segment_uniforms(atmosphere)}
         uniforms |= {**multiple_uniforms(atmosphere), **view_uniforms(view, sun, textures), **view.axis_uniforms(sun)}
         defines |= {"TERMS": 4, **kind}

@@ -12,7 +12,7 @@ void main() {
   Pixel pixel = make_pixel(sample_place(number));
   Ray ray = pixel_ray(pixel);
   ivec2 texel = sample_texel(number);
-  vec4 cuts = path_cuts(texel, pixel, ray);
+  vec4 cuts = solved_cuts(texel, pixel, ray);
   Scattered air = air_radiance(sample_place(number), pixel, ray, vec4(0.0, cuts.yzw));
   out_light = vec4(u_irradiance * air.radiance, opacity(air));
   out_clear = vec4(air.transmittance, path_code(texel, pixel, ray, cuts));

@@ -18,7 +18,7 @@ void main() {
   Pixel pixel = make_pixel(gl_FragCoord.xy);
   Ray ray = pixel_ray(pixel);
 #ifdef HAS_SOLVED_CUTS
-  vec4 cuts = path_cuts(texel, pixel, ray);
+  vec4 cuts = solved_cuts(texel, pixel, ray);
 #else
   vec4 cuts = texelFetch(u_cuts, texel, 0);
 #endif

@@ -58,6 +58,13 @@ vec4 path_cuts(ivec2 texel, Pixel pixel, Ray ray) {
 #endif
   vec2 shadow = shadow_along(texel, pixel, ray);
   float end = ray.air < 0.0 ? 0.0 : clamp(solid - ray.start, 0.0, max(air, 0.0));
-  float from = shadow.y > shadow.x ? clamp(shadow.x, 0.0, end) : end;
+  float from = clamp(shadow.x, 0.0, end);
   return vec4(solid, from, clamp(shadow.y, from, end), end);
+}
+
+// The same for a shader that draws paths of every kind: without a shadow there is one lit piece, not two that meet where
+// none begins.
+vec4 solved_cuts(ivec2 texel, Pixel pixel, Ray ray) {
+  vec4 cuts = path_cuts(texel, pixel, ray);
+  return cuts.z > cuts.y ? cuts : cuts.xwww;
 }
