@@ -12,12 +12,14 @@ import numpy as np
 from shadowatmo.passes.atmosphere import composite_inputs, joined, sun_disc_uniforms
 from shadowatmo.passes.base import RenderPass
 from shadowatmo.passes.eclipse import shading_occluders
+from shadowatmo.passes.gl.functions import gl_functions
 from shadowatmo.passes.gl.shader import bind_textures, build_program, set_uniforms
 from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.widths import cuts_inputs
 from shadowatmo.shadow import penumbra_cone, umbra_cone
 
 TILE = 8  # pixels
+GL_POINT_SIZE_RANGE = 0x0B12
 LOBE_REACH = 4.0  # a forward lobe narrower than as many tiles is drawn pixel by pixel within as many of its widths
 
 DRAWN_PER_PIXEL = ("HAS_BACKGROUND", "HAS_SUN_DISC", "HAS_MOONS", "MOONS")  # what samples do not hold
@@ -39,7 +41,8 @@ class AdaptiveComposite(RenderPass):
             texture.filter = (ctx.LINEAR, ctx.LINEAR)
         self.tiles = self.own(Target(ctx, self.tiles_across, color=("r32f",)))
         self.target = self.own(Target(ctx, size, color=("rgba32f",)))
-        self._points = {}
+        self.points = gl_functions(ctx).floats(GL_POINT_SIZE_RANGE, 2)[1] >= TILE
+        self._arrays = {}
 
     def draw(self, view, textures, sun, first):
         seen, air, class_features = composite_inputs(view, textures, sun, first)
@@ -50,15 +53,15 @@ class AdaptiveComposite(RenderPass):
         self._draw_frame(seen, grid, first)
         self.ctx.enable(moderngl.PROGRAM_POINT_SIZE)
         for kind, features in enumerate(class_features[1:], 1):
-            own = {"HAS_SOLVED_CUTS": True, "TILE": TILE, **features}, {"u_kind": kind}, {}
-            self._draw_points(*joined(seen, air, cuts, own))
+            own = {"HAS_SOLVED_CUTS": True, "TILE_PIXELS": TILE, **features}, {"u_kind": kind}, {}
+            self._draw_refused(*joined(seen, air, cuts, own))
         self.ctx.disable(moderngl.PROGRAM_POINT_SIZE)
         self.ctx.disable(moderngl.BLEND)
         self.ctx.blend_func = moderngl.ONE, moderngl.ZERO
         textures["color"] = self.target.color[0]
 
     def _draw_grid(self, seen, air, cuts, features):
-        own = {"TILE": TILE, **features}, {"u_size": self.size}, {}
+        own = {"TILE_PIXELS": TILE, **features}, {"u_size": self.size}, {}
         defines, uniforms, samplers = joined((*seen[:2], {}), air, cuts, own)
         kept = {name: value for name, value in defines.items() if name not in DRAWN_PER_PIXEL}
         self.grid.framebuffer.use()
@@ -67,7 +70,7 @@ class AdaptiveComposite(RenderPass):
 
     def _draw_tiles(self, view, sun, seen, cuts, grid):
         defines, uniforms, samplers = cuts
-        defines = {**defines, "TILE": TILE}
+        defines = {**defines, "TILE_PIXELS": TILE}
         uniforms = {**uniforms, "u_size": self.size, "u_tolerance": view.quality.tolerance, "u_peak": peak(view, sun)}
         samplers = {**samplers, **grid}
         if {"HAS_PLANET_DEPTH", "HAS_HOST_DEPTH"} & set(defines):
@@ -83,7 +86,7 @@ class AdaptiveComposite(RenderPass):
         self.fullscreen("adaptive_tiles.frag", defines, uniforms, samplers, vertex="adaptive_tiles.vert")
 
     def _draw_frame(self, seen, grid, first):
-        defines, samplers = {"TILE": TILE}, {"u_light": grid["u_light"]}
+        defines, samplers = {"TILE_PIXELS": TILE}, {"u_light": grid["u_light"]}
         if "HAS_BACKGROUND" in seen[0]:
             defines["HAS_BACKGROUND"] = True
             samplers |= {"u_clear": grid["u_clear"], "u_background": seen[2]["u_background"]}
@@ -96,16 +99,19 @@ class AdaptiveComposite(RenderPass):
         uniforms = {"u_grid": 1.0 / np.array(self.grid.size)}
         self.fullscreen("adaptive_reconstruct.frag", defines, uniforms, samplers)
 
-    def _draw_points(self, defines, uniforms, samplers):
+    def _draw_refused(self, defines, uniforms, samplers):
         framebuffer = self.target.framebuffer
+        if not self.points:
+            defines = {**defines, "HAS_TRIANGLES": True}
         program = build_program(self.ctx, "atmosphere.frag", vertex="adaptive_tile.vert", defines=defines)
         set_uniforms(program, uniforms)
         bind_textures(program, {**samplers, "u_tiles": self.tiles.color[0]})
-        if program not in self._points:
-            self._points[program] = self.own(self.ctx.vertex_array(program, []))
+        if program not in self._arrays:
+            self._arrays[program] = self.own(self.ctx.vertex_array(program, []))
         # Whole tiles: a point whose middle is outside of the viewport would be clipped.
         framebuffer.viewport = 0, 0, *(TILE * n for n in self.tiles_across)
-        self._points[program].render(moderngl.POINTS, vertices=math.prod(self.tiles_across))
+        mode, vertices = (moderngl.POINTS, 1) if self.points else (moderngl.TRIANGLES, 6)
+        self._arrays[program].render(mode, vertices=vertices * math.prod(self.tiles_across))
         framebuffer.viewport = 0, 0, *self.size
 
 

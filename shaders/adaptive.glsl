@@ -1,7 +1,7 @@
 // Tiles of the frame: the air is evaluated at their corners and interpolated where it is smooth.
 //
-// Sample (i, j) of the grid is the pixel (TILE i, TILE j); the tile (i, j) has the samples (i, j) to (i + 1, j + 1) at its
-// corners. The last samples may lie outside of the frame. What a sample's path is like goes with it as a code.
+// Sample (i, j) of the grid is the pixel (i, j) TILE_PIXELS; the tile (i, j) has the samples (i, j) to (i + 1, j + 1) at
+// its corners. The last samples may lie outside of the frame. What a sample's path is like goes with it as a code.
 
 #include "cuts.glsl"
 
@@ -20,8 +20,8 @@ const float LIT_TILE = 1.0;
 const float SHADOW_TILE = 2.0;
 const float MIXED_TILE = 3.0;
 
-vec2 sample_place(vec2 number) { return float(TILE) * number + 0.5; }
-ivec2 sample_texel(vec2 number) { return clamp(ivec2(float(TILE) * number), ivec2(0), u_size - 1); }
+vec2 sample_place(vec2 number) { return float(TILE_PIXELS) * number + 0.5; }
+ivec2 sample_texel(vec2 number) { return clamp(ivec2(float(TILE_PIXELS) * number), ivec2(0), u_size - 1); }
 
 float path_code(ivec2 texel, Pixel pixel, Ray ray, vec4 cuts) {
   if (ray.air < 0.0) return cuts.x < NOTHING ? WITH_SOLID : 0.0;

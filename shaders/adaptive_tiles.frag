@@ -37,7 +37,7 @@ struct Bounds {
 
 Bounds tile_bounds(Pixel pixel) {
   Bounds tile;
-  vec2 reach = 0.5 * float(TILE) * u_pixel_to_screen;
+  vec2 reach = 0.5 * float(TILE_PIXELS) * u_pixel_to_screen;
   float offset = length(vec2(reach.x * length(u_axes[0]), reach.y * length(u_axes[1])));
   tile.angle = offset / max(pixel.stretch - offset, 1.0);
   tile.ray = pixel_ray(pixel);
@@ -131,11 +131,11 @@ float depth_error(Bounds tile, Pixel pixel, vec2 number) {
   }
   float error = 0.0;
   float largest = 0.0;
-  for (int y = 0; y < TILE; ++y) {
-    for (int x = 0; x < TILE; ++x) {
+  for (int y = 0; y < TILE_PIXELS; ++y) {
+    for (int x = 0; x < TILE_PIXELS; ++x) {
       ivec2 place = min(texel + ivec2(x, y), u_size - 1);
       float inverse = 1.0 / drawn_distance(place, make_pixel(vec2(place) + 0.5));
-      vec2 part = vec2(place - ivec2(number) * TILE) / float(TILE);
+      vec2 part = vec2(place - ivec2(number) * TILE_PIXELS) / float(TILE_PIXELS);
       vec2 sides = mix(corners.xz, corners.yw, part.x);
       float expected = mix(sides.x, sides.y, part.y);
       error = max(error, abs(inverse - expected) / max(max(inverse, expected), 1.0e-29));
