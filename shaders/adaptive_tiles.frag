@@ -106,7 +106,7 @@ bool on_narrow_shadow(Bounds tile) {
 }
 #endif
 
-// Second differences of light and transmittance about a sample, where both neighbors are of the same kind; a: whether.
+// Second differences of light and transmittance about a sample, where both neighbors are of the same kind; a: how many.
 void bend(ivec2 at, ivec2 step, float code, inout vec4 light, inout vec4 clear) {
   ivec2 last = textureSize(u_light, 0) - 1;
   ivec2 before = max(at - step, 0);
@@ -117,7 +117,7 @@ void bend(ivec2 at, ivec2 step, float code, inout vec4 light, inout vec4 clear) 
   bool known = left.a == code && right.a == code && before != at && after != at;
   vec4 bent = texelFetch(u_light, before, 0) - 2.0 * texelFetch(u_light, at, 0) + texelFetch(u_light, after, 0);
   light = known ? max(light, abs(bent)) : light;
-  clear = known ? vec4(max(clear.rgb, abs(left.rgb - 2.0 * here.rgb + right.rgb)), 1.0) : clear;
+  clear = known ? vec4(max(clear.rgb, abs(left.rgb - 2.0 * here.rgb + right.rgb)), clear.a + 1.0) : clear;
 }
 
 #ifdef HAS_DRAWN_DEPTH
@@ -184,11 +184,14 @@ void main() {
   }
   bool edge = on_limb(tile, pixel);
   float pixel_level = max(darkest + brightest(passed * behind), DARKEST * v_brightest);
-  light += light_up;
+  // Beside an edge one of two neighbors is of another kind, and towards it the frame often bends the more.
+  float doubt = clear.a < 4.0 ? 2.0 : 1.0;
+  float doubt_up = clear_up.a < 4.0 ? 2.0 : 1.0;
+  light = doubt * light + doubt_up * light_up;
   vec3 error = light.rgb;
   float limit = 8.0 * u_tolerance;
 #ifdef HAS_BACKGROUND
-  error += (clear.rgb + clear_up.rgb) * behind;
+  error += (doubt * clear.rgb + doubt_up * clear_up.rgb) * behind;
 #endif
   bool smooth_enough = brightest(error) <= limit * pixel_level && light.a <= limit && min(clear.a, clear_up.a) > 0.5;
   bool flat_enough = true;
