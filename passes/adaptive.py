@@ -19,6 +19,7 @@ from shadowatmo.passes.widths import cuts_inputs
 from shadowatmo.shadow import penumbra_cone, umbra_cone
 
 TILE = 8  # pixels
+MIXED = 3  # kind of the tiles, and class of the shader, that may hold pixels of every class
 GL_POINT_SIZE_RANGE = 0x0B12
 LOBE_REACH = 4.0  # a forward lobe narrower than as many tiles is drawn pixel by pixel within as many of its widths
 
@@ -48,11 +49,11 @@ class AdaptiveComposite(RenderPass):
         seen, air, class_features = composite_inputs(view, textures, sun, first)
         cuts = cuts_inputs(view, textures, sun)
         grid = {"u_light": self.grid.color[0], "u_clear": self.grid.color[1]}
-        self._draw_grid(seen, air, cuts, class_features[-1])
+        self._draw_grid(seen, air, cuts, class_features[MIXED])
         self._draw_tiles(view, sun, seen, cuts, grid)
         self._draw_frame(seen, grid, first)
         self.ctx.enable(moderngl.PROGRAM_POINT_SIZE)
-        for kind, features in enumerate(class_features[1:], 1):
+        for kind, features in enumerate(class_features[1 : MIXED + 1], 1):
             own = {"HAS_SOLVED_CUTS": True, "TILE_PIXELS": TILE, **features}, {"u_kind": kind}, {}
             self._draw_refused(*joined(seen, air, cuts, own))
         self.ctx.disable(moderngl.PROGRAM_POINT_SIZE)

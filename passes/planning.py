@@ -13,6 +13,7 @@ from shadowatmo.passes.shadow_back_depth import ShadowBackDepth
 from shadowatmo.passes.shadow_front_depth import ShadowFrontDepth
 from shadowatmo.passes.table3d import METHOD_TABLES, Table3D
 from shadowatmo.passes.table4d import Table4D
+from shadowatmo.passes.table4d_view import Table4DView
 from shadowatmo.passes.table_probe import method_orders
 from shadowatmo.passes.tonemap import Tonemap
 from shadowatmo.passes.transmittance import TransmittanceTable
@@ -84,6 +85,8 @@ def make_plan(scene, quality) -> Plan:
     cutting = (*depths, *planet)
     tiles = f"tiles of {TILE} x {TILE} pixels cut rays by themselves (tolerance={quality.tolerance:g})"
     add(not adaptive, Widths, f"cuts rays into lit and shadowed widths ({suns})", tiles, cutting)
+    if quality.method == "table4d":
+        add(True, Table4DView, f"the table at the camera's height and under its sun, inside the air ({suns})", "")
     gathered = every and quality.method == "segments"
     add(gathered, MultipleView, f"gathers multiple scattering for the camera in coarse cells ({suns})", unused)
     background = ("planet_color",) if planet else ()

@@ -24,6 +24,8 @@ class Widths(RenderPass):
 
     def draw(self, view, textures, sun):
         defines, uniforms, samplers = cuts_inputs(view, textures, sun)
+        if view.quality.method == "table4d" and "inscatter" in textures:
+            defines["HAS_OPEN_CLASS"] = True
         self.target.framebuffer.use()
         with depth_test(self.ctx, "1"):
             self.fullscreen("widths.frag", defines, uniforms, samplers)

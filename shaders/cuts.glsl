@@ -47,15 +47,20 @@ vec2 shadow_along(ivec2 texel, Pixel pixel, Ray ray) {
 #endif
 }
 
+// Where the ray leaves the air, as a distance [m] from its base point, if no solid ends it before.
+float air_end(ivec2 texel, Pixel pixel, Ray ray) {
+#ifdef HAS_DEPTH_TEXTURES
+  return min(own_distance(u_atmosphere_back, texel, pixel), u_clip_planes.y * pixel.stretch) - ray.start;
+#else
+  return ray.air;
+#endif
+}
+
 // The distance [m] from the camera to the solid, and then cuts as distances [m] from the ray's base point: where the
 // shadow begins and ends, and the far end.
 vec4 path_cuts(ivec2 texel, Pixel pixel, Ray ray) {
   float solid = solid_distance(texel, pixel, ray);
-#ifdef HAS_DEPTH_TEXTURES
-  float air = min(own_distance(u_atmosphere_back, texel, pixel), u_clip_planes.y * pixel.stretch) - ray.start;
-#else
-  float air = ray.air;
-#endif
+  float air = air_end(texel, pixel, ray);
   vec2 shadow = shadow_along(texel, pixel, ray);
   float end = ray.air < 0.0 ? 0.0 : clamp(solid - ray.start, 0.0, max(air, 0.0));
   float from = clamp(shadow.x, 0.0, end);

@@ -2,7 +2,8 @@
 // Pass 5, first half: linearize the depths and cut the view path through the air into lit and shadowed widths.
 //
 // Written are the cuts of cuts.glsl, the distance to the solid inf for none. The class that goes to the depth buffer
-// selects the shader that draws the pixel: 0 no air, 1 lit, 2 one lit piece and a shadow, 3 a shadow between two lit pieces.
+// selects the shader that draws the pixel: 0 no air, 1 lit, 2 one lit piece and a shadow, 3 a shadow between two lit pieces,
+// and where the method asks for it (HAS_OPEN_CLASS) 4 lit out to the top of the air.
 
 #include "cuts.glsl"
 
@@ -15,6 +16,9 @@ void main() {
   bool any_shadow = cuts.z > cuts.y;
   bool two_pieces = any_shadow && cuts.y > 0.0 && cuts.z < cuts.w;
   float kind = ray.air < 0.0 ? 0.0 : (two_pieces ? 3.0 : (any_shadow ? 2.0 : 1.0));
+#ifdef HAS_OPEN_CLASS
+  kind += kind == 1.0 && cuts.w >= air_end(ivec2(gl_FragCoord.xy), pixel, ray) ? 3.0 : 0.0;
+#endif
   out_cuts = vec4(cuts.x >= NOTHING ? uintBitsToFloat(0x7F800000u) : cuts.x, cuts.yzw);
   gl_FragDepth = 0.25 * kind;
 }
