@@ -30,7 +30,7 @@ def medium_uniforms(atmosphere) -> dict:
         "u_mie_scattering": atmosphere.mie_scattering,
         "u_mie_extinction": atmosphere.mie_extinction,
     }
-    if atmosphere.ozone is not None:
+    if medium_defines(atmosphere):
         uniforms["u_ozone_extinction"] = atmosphere.ozone.extinction
         uniforms["u_ozone_k"] = ozone_levels(atmosphere)
         uniforms["u_ozone_ramps"] = ozone_ramps(atmosphere)
