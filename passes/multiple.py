@@ -117,7 +117,7 @@ class MultipleScattering(RenderPass):
     def key(self, atmosphere) -> str:
         """Return the name of the finished tables in a cache: of all that they depend on."""
         sources = (files("shadowatmo.shaders").joinpath(name).read_text("utf-8") for name in SHADERS)
-        twins = (files("shadowatmo").joinpath(name).read_text("utf-8") for name in ("harmonics.py", "multiple.py"))
+        twins = (files("shadowatmo").joinpath(name).read_text("utf-8") for name in ("harmonics.py", "multiple.py", "extremes.py"))
         return TableCache.key(self.name, atmosphere, self.recipe, self.table.formats, *sources, *twins)
 
     def arrays(self) -> dict:

@@ -62,6 +62,35 @@ vec2 table_point(vec2 texel) {
 }
 #endif
 
+#ifdef COLUMN_COUNT
+// Columns of the two exponential layers between distances [m] from the tangent point, rising from a point of given k, by
+// quadrature in a sinh map whose width follows the thinner layer: where the closed form does not hold, and for the table.
+vec2 integrate_layers(float k_start, float from, float to) {
+  float r = max(u_bottom_radius + altitude_of(k_start), 0.5 * u_bottom_radius);
+  float scale = min(min(u_scale_height.x, u_scale_height.y), u_thickness);
+  float slope = from / r;
+  float width = scale * inversesqrt(slope * slope + 0.5 * scale / r);
+  float span = log((to - from) / width + sqrt((to - from) * (to - from) / (width * width) + 1.0));
+  vec2 columns = vec2(0.0);
+  for (int i = 0; i < u_column_count; ++i) {
+    vec2 rule = u_column_rule[i];
+    float e = exp(span * rule.x);
+    float step = 0.5 * width * (e - 1.0 / e);
+    float k = k_start + step * (step + 2.0 * from);
+    columns += rule.y * 0.5 * width * span * (e + 1.0 / e) * densities(altitude_of(k));
+  }
+  return columns;
+}
+
+vec2 integrated_columns(float k, float y) {
+  float tangent_k = k - y * y;
+  float top = safe_sqrt(u_top_k - tangent_k);
+  // A downward path first crosses its tangent point, and that part twice.
+  if (y < 0.0) return integrate_layers(tangent_k, 0.0, -y) + integrate_layers(tangent_k, 0.0, top);
+  return integrate_layers(k, y, max(top, y));
+}
+#endif
+
 #ifdef HAS_TABLE
 uniform sampler2D u_column_table;
 
@@ -94,6 +123,9 @@ vec2 upward_columns(float altitude, float y) {
 }
 
 vec2 layer_columns(float k, float y) {
+#ifdef COLUMN_COUNT
+  return integrated_columns(k, y);
+#else
   // A point whose sun is not hidden by the ground has its tangent point above it; elsewhere the clamp keeps the
   // exponential finite.
   float lowest = altitude_of(max(k - y * y, -0.5 * u_scale_height.y * u_bottom_radius));
@@ -104,6 +136,7 @@ vec2 layer_columns(float k, float y) {
   columns -= upward_columns(u_thickness, y_top);
 #endif
   return max(columns, 0.0);
+#endif
 }
 
 vec3 columns_to_top(float k, float y) {

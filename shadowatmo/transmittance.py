@@ -7,9 +7,12 @@ the column's relative error is 5e-4, with 6 it is 2e-5, for r/H above a few hund
 
 import numpy as np
 
-from shadowatmo.medium import extinction
+from shadowatmo.extremes import closed_form_holds
+from shadowatmo.medium import densities, extinction
+from shadowatmo.quadrature import gauss_legendre
 from shadowatmo.ray import altitude_of, far_root, k_of, safe_sqrt
 
+COLUMN_NODES = 16  # of columns by quadrature
 # t = 1/(1 + p z) and the coefficients of t, t^2, ... in sqrt(pi) exp(z^2) erfc(z)
 EXPONENTIAL_INTEGRAL = {
     4: (0.749563, (0.74999401, 0.72509822, 0.75344855, -0.4570285)),
@@ -49,8 +52,37 @@ def upward_columns(atmosphere, altitude, y, terms):
     return 0.5 * scale * np.exp(-np.maximum(altitude, 0.0)[..., None] / heights) * shape
 
 
+def integrate_layers(atmosphere, k_start, start, end):
+    """Return the columns (N, 2) [m] of both layers between distances [m] from the tangent point, rising from `k_start`.
+
+    By quadrature in a sinh map whose width follows the thinner layer: where the closed form does not hold.
+    """
+    nodes, weights = gauss_legendre(COLUMN_NODES)
+    r = atmosphere.bottom_radius + altitude_of(atmosphere, k_start)
+    scale = min(*scale_heights(atmosphere), atmosphere.thickness)
+    width = (scale / np.sqrt((start / r) ** 2 + 0.5 * scale / r))[..., None]
+    span = np.arcsinh((end - start)[..., None] / width)
+    step = width * np.sinh(span * nodes)
+    altitude = altitude_of(atmosphere, k_start[..., None] + step * (step + 2.0 * start[..., None]))
+    steps = densities(atmosphere, np.minimum(altitude, atmosphere.thickness))[..., :2]
+    return np.einsum("...ns,...n->...s", steps, weights * width * span * np.cosh(span * nodes))
+
+
+def integrated_columns(atmosphere, k, y):
+    """Return the columns (N, 2) [m] of both layers to the top of the air by quadrature."""
+    tangent_k = np.maximum(k - y * y, -((0.5 * atmosphere.bottom_radius) ** 2))
+    top = safe_sqrt(k_of(atmosphere, atmosphere.thickness) - (k - y * y))
+    rising = y >= 0.0
+    low, start = np.where(rising, k, tangent_k), np.where(rising, y, 0.0)
+    columns = integrate_layers(atmosphere, low, start, np.maximum(top, start))
+    back = integrate_layers(atmosphere, low, np.zeros_like(y), np.where(rising, 0.0, -y))
+    return columns + back
+
+
 def layer_columns(atmosphere, k, y, terms, subtract_top):
     """Return the columns (N, 2) [m] of both layers to infinity, or to the top of the air."""
+    if not closed_form_holds(atmosphere):
+        return integrated_columns(atmosphere, k, y)
     floor = -0.5 * atmosphere.mie_scale_height * atmosphere.bottom_radius
     lowest = altitude_of(atmosphere, np.maximum(k - y * y, floor))
     outward = upward_columns(atmosphere, altitude_of(atmosphere, k), np.abs(y), terms)
