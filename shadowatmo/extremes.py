@@ -58,8 +58,11 @@ def is_thick(atmosphere) -> bool:
 
 def reach_altitude(atmosphere) -> float:
     """Return the altitude [m] up to which the air counts: the top, or in a deep shell where its layers have faded."""
-    reach = max((h * (EMPTY + math.log(max(beta * h, 1.0))) for h, beta, _ in exponential_layers(atmosphere)), default=0.0)
-    return min(reach, atmosphere.thickness) if reach > 0.0 else atmosphere.thickness
+    layers = exponential_layers(atmosphere)
+    if not layers:
+        return atmosphere.thickness
+    reach = max(height * (EMPTY + math.log(max(beta * height, 1.0))) for height, beta, _ in layers)
+    return min(reach, atmosphere.thickness)
 
 
 def is_deep(atmosphere) -> bool:

@@ -53,9 +53,9 @@ def make_map(atmosphere, ray, near, far) -> SinhMap:
 
 
 def slant_depth(atmosphere, ray, t):
-    """Return an optical depth (N, 3) that grows along rays, up to a constant of each: twice the tangent's less the rest.
+    """Return an optical depth (N, 3) that grows along rays, up to a constant of each.
 
-    Columns of the exponential layers alone, by a bound of the closed form that is 1 percent off.
+    Twice the tangent's less what lies beyond. Columns of the exponential layers alone, by a bound of the closed form that is 1 percent off.
     """
 
     def outward(x, altitude):
