@@ -21,7 +21,9 @@ def exponential_layers(atmosphere) -> list[tuple[float, float, float]]:
         (atmosphere.mie_scale_height, max(atmosphere.mie_extinction)),
     ]
     return [
-        (height, beta, -height * beta * math.expm1(-atmosphere.thickness / height)) for height, beta in layers if beta > 0.0
+        (height, beta, -height * beta * math.expm1(-atmosphere.thickness / height))
+        for height, beta in layers
+        if beta > 0.0
     ]
 
 
