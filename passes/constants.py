@@ -2,12 +2,19 @@
 
 import numpy as np
 
-from shadowatmo.extremes import closed_form_holds, dominant_layer, is_deep, is_thick, reach_altitude
+from shadowatmo.extremes import (
+    closed_form_holds,
+    dominant_layer,
+    has_curved_ozone,
+    is_deep,
+    is_thick,
+    reach_altitude,
+)
 from shadowatmo.quadrature import cumulative_matrix, gauss_legendre
 from shadowatmo.ray import k_of
 from shadowatmo.segments import nodes_for
 from shadowatmo.shadow import cylinder, umbra_cone
-from shadowatmo.transmittance import COLUMN_NODES, ozone_levels, ozone_ramps
+from shadowatmo.transmittance import COLUMN_NODES, ozone_altitudes, ozone_levels, ozone_ramps
 
 # by terms of the closed form: relative density at the top above which the column beyond it is worth subtracting
 TOP_DENSITY = {4: 1e-3, 6: 1e-5}
@@ -39,6 +46,8 @@ def medium_uniforms(atmosphere) -> dict:
         uniforms["u_ozone_extinction"] = atmosphere.ozone.extinction
         uniforms["u_ozone_k"] = ozone_levels(atmosphere)
         uniforms["u_ozone_ramps"] = ozone_ramps(atmosphere)
+        if has_curved_ozone(atmosphere):
+            uniforms["u_ozone_altitude"] = ozone_altitudes(atmosphere)
     return uniforms
 
 
@@ -51,6 +60,7 @@ def medium_defines(atmosphere) -> dict:
     """Return the features of medium.glsl and segments.glsl that an atmosphere asks for."""
     features = {
         "HAS_OZONE": has_ozone(atmosphere),
+        "HAS_CURVED_OZONE": has_ozone(atmosphere) and has_curved_ozone(atmosphere),
         "HAS_DEEP_SHELL": is_deep(atmosphere),
         "HAS_THICK_AIR": is_thick(atmosphere),
     }

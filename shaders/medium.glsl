@@ -18,6 +18,9 @@ uniform float u_reach_k;  // m^2: k above which the layers no longer count
 uniform vec3 u_ozone_extinction;  // 1/m at the peak
 uniform vec3 u_ozone_k;           // m^2: k where the tent begins, peaks and ends
 uniform vec3 u_ozone_ramps;       // 1/m^2: change of its slope over k there
+#ifdef HAS_CURVED_OZONE
+uniform vec3 u_ozone_altitude;    // m: there; u_ozone_ramps is 1/m, over the altitude
+#endif
 #endif
 
 // Relative densities (molecules, aerosols) at an altitude [m]; below the ground they stay what they are on it.

@@ -48,9 +48,13 @@ vec3 slant_depth(Ray ray, float t) {
 
 float largest(vec3 v) { return max(max(v.x, v.y), v.z); }
 float smallest(vec3 v) { return min(min(v.x, v.y), v.z); }
+float largest_extinction(Ray ray, float t) {
+  return largest(optical_depth(vec3(densities(altitude_of(k_along(ray, t))), 0.0)));
+}
 
 // Center, width and far end of a map go where something can be seen: the center to an optical depth of 1 in the thickest
-// channel, the far end to 12 in the thinnest. Pieces of an optical depth below 3 need no such care.
+// channel, the far end to 16 in the thinnest. Where the air is dense from the near end on, as beneath a dense top,
+// light may come from a hair of the piece: the nodes crowd there. Pieces of an optical depth below 3 need no such care.
 void see_no_farther(Ray ray, float near, inout float far, inout SinhMap map) {
   vec3 before = slant_depth(ray, near);
   if (largest(slant_depth(ray, far) - before) <= 3.0) return;
@@ -58,12 +62,15 @@ void see_no_farther(Ray ray, float near, inout float far, inout SinhMap map) {
   vec2 high = vec2(far);
   for (int i = 0; i < 24; ++i) {
     vec2 middle = 0.5 * (low + high);
-    bvec2 beyond = bvec2(largest(slant_depth(ray, middle.x) - before) > 1.0, smallest(slant_depth(ray, middle.y) - before) > 12.0);
+    bvec2 beyond = bvec2(largest(slant_depth(ray, middle.x) - before) > 1.0, smallest(slant_depth(ray, middle.y) - before) > 16.0);
     low = mix(middle, low, vec2(beyond));
     high = mix(high, middle, vec2(beyond));
   }
-  map.center = high.x;
-  map.width = 3.0 / max(largest(optical_depth(vec3(densities(altitude_of(k_along(ray, high.x))), 0.0))), 1.0e-30);
+  float here = largest_extinction(ray, near);
+  float there = largest_extinction(ray, high.x);
+  bool immersed = here > 0.2 * there;
+  map.center = immersed ? near : high.x;
+  map.width = immersed ? 0.05 / here : 3.0 / max(there, 1.0e-30);
   far = high.y;
 }
 #endif

@@ -13,6 +13,16 @@
 // The tent is linear in altitude, and over a thin layer all but linear in k: the sum of three ramps in k. Along a ray k is
 // tangent_k + x^2, so that the column is a cubic in x. The error is about half_width / (50 R) of the column.
 
+// Relative density of the tent.
+float ozone_density(float k) {
+#ifdef HAS_CURVED_OZONE
+  vec3 beyond = altitude_of(k) - u_ozone_altitude;
+#else
+  vec3 beyond = k - u_ozone_k;
+#endif
+  return max(dot(u_ozone_ramps, max(beyond, 0.0)), 0.0);
+}
+
 // Distances from the tangent point at which the tent begins, peaks and ends (or is cut by the top).
 vec3 ozone_crossings(float tangent_k) { return sqrt(max(min(u_ozone_k, u_top_k) - tangent_k, 0.0)); }
 
@@ -20,9 +30,20 @@ vec3 ozone_crossings(float tangent_k) { return sqrt(max(min(u_ozone_k, u_top_k) 
 float ozone_to(float tangent_k, vec3 crossings, float x) {
   // From its crossing c on, a ramp's column is the integral of x^2 - c^2, and where the whole ray lies above its start
   // the ramp has begun already at the tangent point.
+#ifdef HAS_CURVED_OZONE
+  // Around a small planet the ramps run over the radius: the integral of sqrt(p^2 + s^2) has a closed form, too.
+  float p2 = max(u_bottom_radius * u_bottom_radius + tangent_k, 1.0e-12 * u_bottom_radius * u_bottom_radius);
+  float end = min(abs(x), crossings.z);
+  vec3 from = min(crossings, end);
+  float r_end = sqrt(p2 + end * end);
+  vec3 r_from = sqrt(p2 + from * from);
+  vec3 areas = 0.5 * (end * r_end - from * r_from + p2 * log((end + r_end) / (from + r_from)));
+  vec3 ramps = max(areas - (u_bottom_radius + u_ozone_altitude) * (end - from), 0.0);
+#else
   vec3 beyond = max(vec3(min(abs(x), crossings.z)) - crossings, 0.0);
   vec3 begun = max(tangent_k - u_ozone_k, 0.0);
   vec3 ramps = beyond * (beyond * (beyond + 3.0 * crossings) / 3.0 + begun);
+#endif
   float column = max(dot(u_ozone_ramps, ramps), 0.0);
   return x < 0.0 ? -column : column;
 }

@@ -10,6 +10,7 @@ THICK = 90.0  # optical depth along the horizon above which a path is cut where 
 RESOLVED = 25.0  # the same, above which a lit piece takes half as many nodes again
 CLOSED_CURVATURE = 20.0  # ground radius over scale height below which the closed form of columns is wrong by a percent
 CLOSED_DEPTH = 4.0  # scale height over thickness above which the column beyond the top swamps the one below
+CURVED_OZONE = 40.0  # ground radius over the tent's half width below which its sides bend by more than 1e-3 over r^2
 EMPTY = 14.0  # scale heights, beyond those that make a layer thin, above which it no longer counts: 1e-6 of it
 FAR_ABOVE = 8.0  # scale heights of the other layer that the nodes of the dominant one may reach
 
@@ -79,6 +80,11 @@ def needs_more_nodes(atmosphere) -> bool:
     """
     height, beta = dominant_layer(atmosphere)
     return height * beta > 1.0 or horizon_depth(atmosphere) > RESOLVED
+
+
+def has_curved_ozone(atmosphere) -> bool:
+    """Whether the tent's sides, straight over the altitude, are not straight over r^2 - R^2."""
+    return atmosphere.ozone is not None and atmosphere.bottom_radius < CURVED_OZONE * atmosphere.ozone.half_width
 
 
 def closed_form_holds(atmosphere) -> bool:

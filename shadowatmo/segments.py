@@ -13,8 +13,8 @@ from shadowatmo.ray import altitude_of, k_along, k_of, safe_sqrt
 from shadowatmo.transmittance import columns_to_top, ozone_crossings, ozone_to, scale_heights
 
 # Thick air (see_no_farther): optical depth of a piece that needs no care, optical depth beyond which nothing is seen,
-# bisections, and width of the map in mean free paths where it is 1.
-DIM, OPAQUE, HALVINGS, MEAN_FREE_PATHS = 3.0, 12.0, 24, 3.0
+# bisections, and width of the map in mean free paths: about its center, and at the near end of dense air.
+DIM, OPAQUE, HALVINGS, MEAN_FREE_PATHS, HAIR = 3.0, 16.0, 24, 3.0, 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,8 @@ def make_map(atmosphere, ray, near, far) -> SinhMap:
 def slant_depth(atmosphere, ray, t):
     """Return an optical depth (N, 3) that grows along rays, up to a constant of each.
 
-    Twice the tangent's less what lies beyond. Columns of the exponential layers alone, by a bound of the closed form that is 1 percent off.
+    Twice the tangent's less what lies beyond. Columns of the exponential layers alone, by a bound of the closed form
+    that is 1 percent off.
     """
 
     def outward(x, altitude):
@@ -72,7 +73,9 @@ def slant_depth(atmosphere, ray, t):
 def see_no_farther(atmosphere, ray, near, far, center, width):
     """Return center, width and far end of maps of pieces in thick air: where something can be seen.
 
-    The center goes to an optical depth of 1 in the thickest channel, the far end to OPAQUE in the thinnest.
+    The center goes to an optical depth of 1 in the thickest channel, the far end to OPAQUE in the thinnest. Where
+    the air is dense from the near end on, as beneath a dense top, light may come from a hair of the piece: the nodes
+    crowd there.
     """
     before = slant_depth(atmosphere, ray, near)
     thick = (slant_depth(atmosphere, ray, far) - before).max(axis=-1) > DIM
@@ -82,9 +85,12 @@ def see_no_farther(atmosphere, ray, near, far, center, width):
         depths = [slant_depth(atmosphere, ray, t) - before for t in middle]
         beyond = np.stack([depths[0].max(axis=-1) > 1.0, depths[1].min(axis=-1) > OPAQUE])
         low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
-    density = densities(atmosphere, altitude_of(atmosphere, k_along(ray, high[0])))[:, :2]
-    length = MEAN_FREE_PATHS / np.maximum((density @ extinction(atmosphere)[:2]).max(axis=-1), 1e-30)
-    return (np.where(thick, new, old) for new, old in ((high[0], center), (length, width), (high[1], far)))
+    ends = (densities(atmosphere, altitude_of(atmosphere, k_along(ray, t)))[:, :2] for t in (near, high[0]))
+    here, there = ((density @ extinction(atmosphere)[:2]).max(axis=-1) for density in ends)
+    immersed = here > 0.2 * there
+    middle = np.where(immersed, near, high[0])
+    length = np.where(immersed, HAIR / np.maximum(here, 1e-30), MEAN_FREE_PATHS / np.maximum(there, 1e-30))
+    return (np.where(thick, new, old) for new, old in ((middle, center), (length, width), (high[1], far)))
 
 
 def map_node(sinh_map, s):

@@ -7,7 +7,7 @@ the column's relative error is 5e-4, with 6 it is 2e-5, for r/H above a few hund
 
 import numpy as np
 
-from shadowatmo.extremes import closed_form_holds
+from shadowatmo.extremes import closed_form_holds, has_curved_ozone
 from shadowatmo.medium import densities, extinction
 from shadowatmo.quadrature import gauss_legendre
 from shadowatmo.ray import altitude_of, far_root, k_of, safe_sqrt
@@ -94,13 +94,20 @@ def layer_columns(atmosphere, k, y, terms, subtract_top):
     return np.maximum(columns, 0.0)
 
 
+def ozone_altitudes(atmosphere):
+    """Return the altitudes (3,) [m] at which the tent begins, peaks and ends."""
+    return atmosphere.ozone.center + atmosphere.ozone.half_width * np.array([-1.0, 0.0, 1.0])
+
+
 def ozone_levels(atmosphere):
     """Return k (3,) [m^2] at which the tent begins, peaks and ends when its sides are taken as straight over k.
 
     Over k they bend a little, by half_width / (2 R) of themselves; the ends are moved so that either side keeps its
-    column.
+    column. Around a small planet nothing is moved: there the sides are straight over the altitude.
     """
     layer = atmosphere.ozone
+    if has_curved_ozone(atmosphere):
+        return k_of(atmosphere, ozone_altitudes(atmosphere))
     begin, half_up, peak, half_down, end = (
         k_of(atmosphere, layer.center + side * layer.half_width) for side in (-1.0, -0.5, 0.0, 0.5, 1.0)
     )
@@ -110,7 +117,9 @@ def ozone_levels(atmosphere):
 
 
 def ozone_ramps(atmosphere):
-    """Return (3,): how much the tent's slope over k changes where it begins, peaks and ends [1/m^2]."""
+    """Return (3,): how much the tent's slope changes where it begins, peaks and ends, over k [1/m^2] or r [1/m]."""
+    if has_curved_ozone(atmosphere):
+        return np.array([1.0, -2.0, 1.0]) / atmosphere.ozone.half_width
     begin, peak, end = ozone_levels(atmosphere)
     rising, falling = 1.0 / (peak - begin), 1.0 / (end - peak)
     return np.array([rising, -rising - falling, falling])
@@ -124,10 +133,24 @@ def ozone_crossings(atmosphere, tangent_k):
 
 def ozone_to(atmosphere, tangent_k, crossings, x):
     """Return the tent's column [m] from the tangent point out to |x|, with the sign of x."""
+    if has_curved_ozone(atmosphere):
+        ramps = curved_ramps(atmosphere, tangent_k, crossings, x)
+        return np.where(x < 0.0, -1.0, 1.0) * np.maximum(ramps @ ozone_ramps(atmosphere), 0.0)
     beyond = np.maximum(np.minimum(np.abs(x), crossings[..., 2])[..., None] - crossings, 0.0)
     begun = np.maximum(np.asarray(tangent_k)[..., None] - ozone_levels(atmosphere), 0.0)
     ramps = beyond * (beyond * (beyond + 3.0 * crossings) / 3.0 + begun)
     return np.where(x < 0.0, -1.0, 1.0) * np.maximum(ramps @ ozone_ramps(atmosphere), 0.0)
+
+
+def curved_ramps(atmosphere, tangent_k, crossings, x):
+    """Return columns (N, 3) [m^2] of ramps over the radius, by the integral of sqrt(p^2 + s^2)."""
+    square = atmosphere.bottom_radius**2
+    p2 = np.maximum(square + np.asarray(tangent_k), 1e-12 * square)[..., None]
+    end = np.minimum(np.abs(x), crossings[..., 2])[..., None]
+    start = np.minimum(crossings, end)
+    r_end, r_start = np.sqrt(p2 + end * end), np.sqrt(p2 + start * start)
+    areas = 0.5 * (end * r_end - start * r_start + p2 * np.log((end + r_end) / (start + r_start)))
+    return np.maximum(areas - (atmosphere.bottom_radius + ozone_altitudes(atmosphere)) * (end - start), 0.0)
 
 
 def ozone_to_top(atmosphere, k, y):
