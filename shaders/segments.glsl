@@ -53,11 +53,12 @@ float largest_extinction(Ray ray, float t) {
 }
 
 // Center, width and far end of a map go where something can be seen: the center to an optical depth of 1 in the thickest
-// channel, the far end to 16 in the thinnest. Where the air is dense from the near end on, as beneath a dense top,
-// light may come from a hair of the piece: the nodes crowd there. Pieces of an optical depth below 3 need no such care.
+// channel, the far end to 16 in the thinnest. Where the air is dense from the near end on, the
+// center goes there; beneath a dense top the light may even come from a hair of the piece. Pieces of an optical depth
+// below 10 need no such care.
 void see_no_farther(Ray ray, float near, inout float far, inout SinhMap map) {
   vec3 before = slant_depth(ray, near);
-  if (largest(slant_depth(ray, far) - before) <= 3.0) return;
+  if (largest(slant_depth(ray, far) - before) <= 10.0) return;
   vec2 low = vec2(near);
   vec2 high = vec2(far);
   for (int i = 0; i < 24; ++i) {
@@ -70,7 +71,8 @@ void see_no_farther(Ray ray, float near, inout float far, inout SinhMap map) {
   float there = largest_extinction(ray, high.x);
   bool immersed = here > 0.2 * there;
   map.center = immersed ? near : high.x;
-  map.width = immersed ? 0.05 / here : 3.0 / max(there, 1.0e-30);
+  bool below_top = k_along(ray, near) > 0.999 * u_top_k;
+  map.width = (immersed ? (below_top ? 0.05 : 1.0) : 3.0) / max(immersed ? here : there, 1.0e-30);
   far = high.y;
 }
 #endif

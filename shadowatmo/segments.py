@@ -13,8 +13,9 @@ from shadowatmo.ray import altitude_of, k_along, k_of, safe_sqrt
 from shadowatmo.transmittance import columns_to_top, ozone_crossings, ozone_to, scale_heights
 
 # Thick air (see_no_farther): optical depth of a piece that needs no care, optical depth beyond which nothing is seen,
-# bisections, and width of the map in mean free paths: about its center, and at the near end of dense air.
-DIM, OPAQUE, HALVINGS, MEAN_FREE_PATHS, HAIR = 3.0, 16.0, 24, 3.0, 0.05
+# bisections; width of the map in mean free paths about a center ahead, about an eye in dense air, beneath a dense top.
+DIM, OPAQUE, HALVINGS = 10.0, 16.0, 24
+AHEAD, AROUND, HAIR = 3.0, 1.0, 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,8 +75,8 @@ def see_no_farther(atmosphere, ray, near, far, center, width):
     """Return center, width and far end of maps of pieces in thick air: where something can be seen.
 
     The center goes to an optical depth of 1 in the thickest channel, the far end to OPAQUE in the thinnest. Where
-    the air is dense from the near end on, as beneath a dense top, light may come from a hair of the piece: the nodes
-    crowd there.
+    the air is dense from the near end on, the center goes there; beneath a dense top the light may even come from a
+    hair of the piece.
     """
     before = slant_depth(atmosphere, ray, near)
     thick = (slant_depth(atmosphere, ray, far) - before).max(axis=-1) > DIM
@@ -89,7 +90,9 @@ def see_no_farther(atmosphere, ray, near, far, center, width):
     here, there = ((density @ extinction(atmosphere)[:2]).max(axis=-1) for density in ends)
     immersed = here > 0.2 * there
     middle = np.where(immersed, near, high[0])
-    length = np.where(immersed, HAIR / np.maximum(here, 1e-30), MEAN_FREE_PATHS / np.maximum(there, 1e-30))
+    below_top = k_along(ray, near) > 0.999 * k_of(atmosphere, atmosphere.thickness)
+    paths = np.where(immersed, np.where(below_top, HAIR, AROUND), AHEAD)
+    length = paths / np.maximum(np.where(immersed, here, there), 1e-30)
     return (np.where(thick, new, old) for new, old in ((middle, center), (length, width), (high[1], far)))
 
 

@@ -1,4 +1,4 @@
-"""Airs of extreme density, without one species or another, and with extreme phase functions, against the float64 twin."""
+"""Airs of extreme density, without one species or another, with extreme phase functions, against the float64 twin."""
 
 from dataclasses import replace
 
