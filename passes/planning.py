@@ -2,6 +2,7 @@
 
 import logging
 
+from shadowatmo.extremes import closed_form_holds
 from shadowatmo.passes.adaptive import TILE, AdaptiveComposite
 from shadowatmo.passes.atmosphere import AtmosphereComposite
 from shadowatmo.passes.atmosphere_back_depth import AtmosphereBackDepth
@@ -20,6 +21,7 @@ from shadowatmo.passes.transmittance import TransmittanceTable
 from shadowatmo.passes.widths import DEPTH_TEXTURES, Widths
 from shadowatmo.plan import Plan, Step
 from shadowatmo.segments import nodes_for
+from shadowatmo.transmittance import COLUMN_NODES
 
 log = logging.getLogger("shadowatmo")
 
@@ -50,7 +52,9 @@ def make_plan(scene, quality) -> Plan:
 
     table = quality.transmittance == "table" and quality.method != "widths"
     tabled = "columns come from a table (transmittance='table'), made once"
-    add(table, TransmittanceTable, tabled, "columns have a closed form")
+    curved = "the closed form of columns does not hold in this air: quadrature in its place"
+    closed = closed_form_holds(scene.atmosphere)
+    add(table, TransmittanceTable, tabled, "columns have a closed form" if closed else curved)
     every = quality.orders == "all"
     uses = [
         *(["segments adds what is scattered more than once"] if quality.method == "segments" else []),
@@ -91,9 +95,10 @@ def make_plan(scene, quality) -> Plan:
     add(gathered, MultipleView, f"gathers multiple scattering for the camera in coarse cells ({suns})", unused)
     background = ("planet_color",) if planet else ()
     nodes = nodes_for(scene.atmosphere, quality.nodes)
+    columns = f"closed form with {quality.terms} terms" if closed else f"quadrature by {COLUMN_NODES} nodes"
+    columns = "table" if quality.transmittance == "table" else columns
     how = {
-        "segments": f"single scattering by {nodes} nodes a lit piece, columns from the "
-        + ("table" if quality.transmittance == "table" else f"closed form with {quality.terms} terms"),
+        "segments": f"single scattering by {nodes} nodes a lit piece, columns from the {columns}",
         "table3d": "two lookups a lit piece, single scattering without azimuth",
         "table3d-multiple": "two lookups a lit piece, all orders without azimuth, under the ad-hoc phase",
         "table4d": "two lookups a path, two more where the planet's shadow cuts it",

@@ -222,12 +222,30 @@ def _lit_panels(scene, sun, segments):
     for body in scene.occluders:
         for interval in intervals.cones(segments, body.center, body.radius, sun):
             cuts += interval
+    cuts += _coarse_cuts(scene.atmosphere, segments)
     edges = np.sort(np.stack(cuts, axis=1), axis=1)
     start, stop = edges[:, :-1], edges[:, 1:]
     middle = 0.5 * (start + stop)
     lit = (stop > start) & ~((middle > dark[0][:, None]) & (middle < dark[1][:, None]))
     ray = np.nonzero(lit)[0]
     return ray, start[lit], stop[lit]
+
+
+def _coarse_cuts(atmosphere, segments):
+    """Return cuts without which all nodes of a panel and of its halves might miss the light, and agree on nothing.
+
+    Of a shell far deeper than its air only the low part sends light, of air far thicker than it is deep only the
+    part next to the eye: altitudes, and lengths from the eye, that double.
+    """
+    thinnest = min(atmosphere.rayleigh_scale_height, atmosphere.mie_scale_height)
+    levels = int(np.ceil(np.log2(max(atmosphere.thickness / (32.0 * thinnest), 1.0))))
+    depth = (medium.extinction(atmosphere)[:2].sum(axis=0) * atmosphere.thickness).max()
+    lengths = int(np.ceil(np.log2(max(depth / 50.0, 1.0))))
+    cuts = [segments.length * 0.5**level for level in range(1, lengths + 1)]
+    for level in range(1, levels + 1):
+        altitude = atmosphere.thickness * 0.5**level
+        cuts += intervals.sphere_crossings(segments, atmosphere.bottom_radius, altitude)
+    return cuts
 
 
 def _integrate(scene, sun, segments, accuracy, ray, start, stop):
