@@ -24,6 +24,7 @@ from shadowatmo.passes.table3d import table3d_method
 from shadowatmo.passes.table4d import table4d_method
 from shadowatmo.passes.table_build import inscatter_samplers
 from shadowatmo.passes.table_probe import TABLE_METHODS
+from shadowatmo.passes.terminator import terminator_defines, terminator_uniforms
 from shadowatmo.passes.transmittance import table_samplers
 
 # by class: no air, one lit piece, one lit piece and a shadow, a shadow between two lit pieces
@@ -33,6 +34,7 @@ CLASS_FEATURES = (
     {"HAS_AIR": True, "HAS_SHADOW": True},
     {"HAS_AIR": True, "HAS_SHADOW": True, "HAS_TWO_PIECES": True},
 )
+HIGH_SUN_CLASS = {"HAS_AIR": True}  # one lit piece again, in the light of a finite disc that may be taken for a point
 WIDTHS_OPACITY = 0.6  # of a unit of brightness, for the method "widths"
 
 
@@ -83,15 +85,20 @@ class AtmosphereComposite(RenderPass):
         if not first:
             self.ctx.enable(moderngl.BLEND)
             self.ctx.blend_func = moderngl.ONE, moderngl.ONE, moderngl.ZERO, moderngl.ONE
+        terminator = {}, {}
+        if view.has_terminator(sun):
+            terminator = terminator_defines(sun, view.quality), terminator_uniforms(sun)
+            class_features = (*class_features, HIGH_SUN_CLASS)
         with depth_test(self.ctx, "=="):
             for number, features in enumerate(class_features):
                 air = (method_defines, method_uniforms, method_samplers) if features else ({}, {}, {})
+                disc = terminator if features and features is not HIGH_SUN_CLASS else ({}, {})
                 if number == 0 and view.is_inside:
                     continue  # every ray meets the air
                 self.fullscreen(
                     "atmosphere.frag",
-                    {**defines, **features, **air[0]},
-                    {**uniforms, **air[1], "u_class": number},
+                    {**defines, **features, **air[0], **disc[0]},
+                    {**uniforms, **air[1], **disc[1], "u_class": number},
                     {**samplers, **air[2]},
                     vertex="class.vert",
                 )

@@ -13,6 +13,7 @@ from shadowatmo.passes.shadow_front_depth import ShadowFrontDepth
 from shadowatmo.passes.table3d import METHOD_TABLES, Table3D
 from shadowatmo.passes.table4d import Table4D
 from shadowatmo.passes.table_probe import method_orders
+from shadowatmo.passes.terminator import STRIPS
 from shadowatmo.passes.tonemap import Tonemap
 from shadowatmo.passes.transmittance import TransmittanceTable
 from shadowatmo.passes.widths import DEPTH_TEXTURES, Widths
@@ -20,16 +21,22 @@ from shadowatmo.plan import Plan, Step
 from shadowatmo.segments import nodes_for
 
 log = logging.getLogger("shadowatmo")
+_HARD = "method={!r} draws the planet's shadow hard, method='segments' averages over the disc"
 
 
-def warn_of_approximations(scene) -> list[str]:
-    """Log, and return, what of a scene the passes only approximate."""
+def warn_of_approximations(scene, quality) -> list[str]:
+    """Log, and return, what of a scene the passes only approximate at a quality."""
     found = []
-    if any(sun.disc_at_terminator for sun in scene.suns):
-        found.append("disc_at_terminator: the planet's shadow is drawn hard; the float64 twin averages over the disc")
+    if hard_terminator(scene, quality):
+        found.append(f"disc_at_terminator: {_HARD.format(quality.method)}")
     for message in found:
         log.warning(message)
     return found
+
+
+def hard_terminator(scene, quality) -> bool:
+    """Whether a scene asks for finite discs at the planet's limb, and a method draws the planet's shadow hard."""
+    return quality.method != "segments" and any(sun.disc_at_terminator for sun in scene.suns)
 
 
 def make_plan(scene, quality) -> Plan:
@@ -74,14 +81,17 @@ def make_plan(scene, quality) -> Plan:
     depths = DEPTH_TEXTURES if textured else ()
     planet = ("planet_depth",) if any(step.name == "planet" for step in steps) else ()
     suns = f"{len(scene.suns)} suns, once for each" if len(scene.suns) > 1 else "one sun"
-    add(True, Widths, f"cuts rays into lit and shadowed widths ({suns})", "", (*depths, *planet))
+    discs = sum(sun.disc_at_terminator for sun in scene.suns)
+    night = ", dark where the limb hides a whole disc" if discs and quality.method == "segments" else ""
+    add(True, Widths, f"cuts rays into lit and shadowed widths{night} ({suns})", "", (*depths, *planet))
     gathered = every and quality.method == "segments"
     add(gathered, MultipleView, f"gathers multiple scattering for the camera in coarse cells ({suns})", unused)
     background = ("planet_color",) if planet else ()
     nodes = nodes_for(scene.atmosphere, quality.nodes)
     how = {
         "segments": f"single scattering by {nodes} nodes a lit piece, columns from the "
-        + ("table" if quality.transmittance == "table" else f"closed form with {quality.terms} terms"),
+        + ("table" if quality.transmittance == "table" else f"closed form with {quality.terms} terms")
+        + (f", sunlight by {STRIPS[quality.terms]} strips of the disc above the limb" if discs else ""),
         "table3d": "two lookups a lit piece, single scattering without azimuth",
         "table3d-multiple": "two lookups a lit piece, all orders without azimuth, under the ad-hoc phase",
         "table4d": "two lookups a path, two more where the planet's shadow cuts it",
@@ -89,7 +99,7 @@ def make_plan(scene, quality) -> Plan:
     }[quality.method]
     inputs = (*AtmosphereComposite.inputs, *background, *(MultipleView.outputs if gathered else ()))
     add(True, AtmosphereComposite, f"{how} ({suns})", "", inputs)
-    if any(sun.disc_at_terminator for sun in scene.suns):
-        left_out.append(Step("disc_at_terminator", "the planet's shadow is drawn hard"))
+    if hard_terminator(scene, quality):
+        left_out.append(Step("disc_at_terminator", _HARD.format(quality.method)))
     left_out.append(Step(Tonemap.name, "runs when a picture is asked for; frames are scene-linear"))
     return Plan(tuple(steps), tuple(left_out))

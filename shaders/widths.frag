@@ -3,7 +3,8 @@
 //
 // Written are the distance [m] from the camera to the solid, inf for none, and then cuts as distances [m] from the ray's
 // base point: where the shadow begins and ends, and the far end. The class that goes to the depth buffer selects the
-// shader that draws the pixel: 0 no air, 1 lit, 2 one lit piece and a shadow, 3 a shadow between two lit pieces.
+// shader that draws the pixel: 0 no air, 1 lit, 2 one lit piece and a shadow, 3 a shadow between two lit pieces, and for a
+// sun with a finite disc 4 lit, the sun so high that its disc may be taken for a point.
 
 #include "depth.glsl"
 
@@ -13,6 +14,9 @@ uniform Cone u_shadow;
 uniform sampler2D u_shadow_back;
 uniform sampler2D u_shadow_front;
 uniform sampler2D u_atmosphere_back;
+#endif
+#ifdef HAS_TERMINATOR
+uniform float u_high_sun;  // m above the terminator plane
 #endif
 #ifdef HAS_PLANET_DEPTH
 uniform sampler2D u_planet_depth;
@@ -58,6 +62,11 @@ void main() {
   bool any_shadow = to > from;
   bool two_pieces = any_shadow && from > 0.0 && to < end;
   float kind = ray.air < 0.0 ? 0.0 : (two_pieces ? 3.0 : (any_shadow ? 2.0 : 1.0));
+#ifdef HAS_TERMINATOR
+  float toward_sun = -dot(pixel.direction, u_shadow_axis.direction);
+  float height = ray.start * toward_sun - u_shadow_axis.z;
+  kind = kind == 1.0 && min(height, height + end * toward_sun) > u_high_sun ? 4.0 : kind;
+#endif
   out_cuts = vec4(solid >= NOTHING ? uintBitsToFloat(0x7F800000u) : solid, from, to, end);
   gl_FragDepth = 0.25 * kind;
 }
