@@ -181,7 +181,7 @@ class _Probe:
         uniforms |= cone_uniforms("u_shadow", shadow.cylinder(atmosphere.bottom_radius))
         if sun.disc_at_terminator:
             defines |= terminator_defines(sun, quality)
-            uniforms |= {**terminator_uniforms(sun), **night_uniforms("u_night", atmosphere, sun)}
+            uniforms |= {**terminator_uniforms(sun), **night_uniforms(atmosphere, sun)}
         self.eclipse.draw(self.scene, self.tables)
         moons = eclipse_inputs(self.scene, sun, self.tables)
         defines |= moons[0]

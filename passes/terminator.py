@@ -7,7 +7,7 @@ is smooth over distances that are long beside the penumbra.
 import math
 
 from shadowatmo.passes.constants import cone_uniforms, glsl_array
-from shadowatmo.terminator import angular_radius, night_cone, strip_polynomials
+from shadowatmo.terminator import angular_radius, dusk_cone, night_cone, strip_polynomials
 
 # by terms of the closed form: strips of the visible part; 2 leave 0.4 % in the 95th percentile of lit points, 3 0.1 %
 STRIPS = {4: 2, 6: 3}
@@ -35,9 +35,16 @@ def terminator_uniforms(sun) -> dict:
     return {"u_sun_angle": angular_radius(sun)} if sun.disc_at_terminator else {}
 
 
-def night_uniforms(name, atmosphere, sun) -> dict:
-    """Return, as the Cone uniform `name`, where the planet hides the whole disc."""
-    return cone_uniforms(name, night_cone(atmosphere.bottom_radius, sun))
+def night_uniforms(atmosphere, sun) -> dict:
+    """Return where the planet hides the whole disc, and any of it, as the cones u_night and u_dusk."""
+    night, dusk = (cone(atmosphere.bottom_radius, sun) for cone in (night_cone, dusk_cone))
+    return {**cone_uniforms("u_night", night), **cone_uniforms("u_dusk", dusk)}
+
+
+def class_uniforms(atmosphere, sun) -> dict:
+    """Return the uniforms that widths.frag adds to sort the pixels of a sun with a finite disc."""
+    dusk = cone_uniforms("u_dusk", dusk_cone(atmosphere.bottom_radius, sun))
+    return {"u_high_sun": high_sun(atmosphere, sun), **dusk}
 
 
 def high_sun(atmosphere, sun) -> float:

@@ -4,7 +4,7 @@ from shadowatmo.depth import CONVENTIONS
 from shadowatmo.errors import ParameterError
 from shadowatmo.passes.base import RenderPass, depth_test
 from shadowatmo.passes.gl.textures import Target
-from shadowatmo.passes.terminator import high_sun
+from shadowatmo.passes.terminator import class_uniforms
 
 KINDS_OF_BUFFER = ("standard", "reversed", "logarithmic")  # what a depth attachment can hold
 # weights of distance, shadow's begin, shadow's end and far end in each field
@@ -32,7 +32,7 @@ class Widths(RenderPass):
             samplers |= {f"u_{name}": textures[name] for name in DEPTH_TEXTURES}
         if view.has_terminator(sun):
             defines["HAS_TERMINATOR"] = True
-            uniforms["u_high_sun"] = high_sun(view.scene.atmosphere, sun)
+            uniforms |= class_uniforms(view.scene.atmosphere, sun)
         if "planet_depth" in textures:
             defines["HAS_PLANET_DEPTH"] = True
             samplers["u_planet_depth"] = textures["planet_depth"]

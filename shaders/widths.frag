@@ -7,6 +7,9 @@
 // sun with a finite disc 4 lit, the sun so high that its disc may be taken for a point.
 
 #include "depth.glsl"
+#ifdef HAS_TERMINATOR
+#include "night.glsl"
+#endif
 
 uniform Axis u_shadow_axis;
 uniform Cone u_shadow;
@@ -55,11 +58,17 @@ void main() {
   float air = ray.air;
   vec2 shadow = cone_interval(pixel_axis_ray(pixel, ray, u_shadow_axis), u_shadow, 1.0);
 #endif
+#ifdef HAS_TERMINATOR
+  shadow = night_or_dusk(pixel_axis_ray(pixel, ray, u_shadow_axis), shadow);
+#endif
   float end = ray.air < 0.0 ? 0.0 : clamp(solid - ray.start, 0.0, max(air, 0.0));
   float from = clamp(shadow.x, 0.0, end);
   float to = clamp(shadow.y, from, end);
 
   bool any_shadow = to > from;
+#ifdef HAS_TERMINATOR
+  any_shadow = any_shadow || (from > 0.0 && to < end);
+#endif
   bool two_pieces = any_shadow && from > 0.0 && to < end;
   float kind = ray.air < 0.0 ? 0.0 : (two_pieces ? 3.0 : (any_shadow ? 2.0 : 1.0));
 #ifdef HAS_TERMINATOR
