@@ -7,7 +7,8 @@ is smooth over distances that are long beside the penumbra.
 import math
 
 from shadowatmo.passes.constants import cone_uniforms, glsl_array
-from shadowatmo.terminator import angular_radius, dusk_cone, night_cone, strip_polynomials
+from shadowatmo.shadow import cylinder
+from shadowatmo.terminator import angular_radius, night_cone, strip_polynomials
 
 # by terms of the closed form: strips of the visible part; 2 leave 0.4 % in the 95th percentile of lit points, 3 0.1 %
 STRIPS = {4: 2, 6: 3}
@@ -36,14 +37,13 @@ def terminator_uniforms(sun) -> dict:
 
 
 def night_uniforms(atmosphere, sun) -> dict:
-    """Return where the planet hides the whole disc, and any of it, as the cones u_night and u_dusk."""
-    night, dusk = (cone(atmosphere.bottom_radius, sun) for cone in (night_cone, dusk_cone))
-    return {**cone_uniforms("u_night", night), **cone_uniforms("u_dusk", dusk)}
+    """Return where the planet hides the whole disc, as the cone u_night."""
+    return cone_uniforms("u_night", night_cone(atmosphere.bottom_radius, sun))
 
 
 def class_uniforms(atmosphere, sun) -> dict:
     """Return the uniforms that widths.frag adds to sort the pixels of a sun with a finite disc."""
-    dusk = cone_uniforms("u_dusk", dusk_cone(atmosphere.bottom_radius, sun))
+    dusk = cone_uniforms("u_dusk", cylinder(atmosphere.bottom_radius))
     return {"u_high_sun": high_sun(atmosphere, sun), **dusk}
 
 

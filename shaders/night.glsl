@@ -1,13 +1,12 @@
-// Where a ray is cut in the light of a sun with a finite disc: the planet's limb hides the whole disc in a cone that
-// narrows, and some of it in one that widens. A ray through the penumbra alone is not dark anywhere; it is cut in two at
-// its middle, since the dip of the light there asks for as many nodes as a shadow would.
+// Where a ray is cut in the light of a sun with a finite disc. Night is where the planet's limb hides the whole disc; in
+// dusk, the shadow of parallel light, it hides half of it or more. A ray that meets no night is dark nowhere, but the dip
+// of the light in dusk asks for as many nodes as a shadow would: it is cut in two there.
 
-#include "shadow.glsl"
-
-uniform Cone u_dusk;  // where the limb hides any of the disc
-
-// The cut of a ray: `night`, the distances [m] between which it is dark, or where these are none the middle of its dusk.
-vec2 night_or_dusk(AxisRay axis, vec2 night) {
-  vec2 dusk = cone_interval(axis, u_dusk, 1.0);
-  return night.x < night.y || dusk.x >= dusk.y ? night : vec2(0.5 * (dusk.x + dusk.y));
+// Distances [m] at which the dark part of a ray [0, end] begins and ends, both the same where it has none; beyond the end
+// for a ray without night and dusk.
+vec2 night_or_dusk(vec2 night, vec2 dusk, float end) {
+  if (night.x < night.y) return night;
+  if (dusk.x >= dusk.y) return vec2(end);
+  if (dusk.x > 0.0 && dusk.y < end) return vec2(0.5 * (dusk.x + dusk.y));
+  return vec2(dusk.x > 0.0 ? dusk.x : dusk.y);
 }

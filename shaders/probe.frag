@@ -70,7 +70,7 @@ void main() {
   vec2 sun = vec2(-axis.z, -axis.dz);
   Inscatter sum = no_inscatter();
 #ifdef HAS_TERMINATOR
-  vec2 dark = night_or_dusk(axis, cone_interval(axis, u_night, 1.0));
+  vec2 dark = night_or_dusk(cone_interval(axis, u_night, 1.0), shadow, end);
   dark.x = clamp(dark.x, 0.0, end);
   dark.y = clamp(dark.y, dark.x, end);
 #else

@@ -19,6 +19,7 @@ uniform sampler2D u_shadow_front;
 uniform sampler2D u_atmosphere_back;
 #endif
 #ifdef HAS_TERMINATOR
+uniform Cone u_dusk;
 uniform float u_high_sun;  // m above the terminator plane
 #endif
 #ifdef HAS_PLANET_DEPTH
@@ -58,10 +59,10 @@ void main() {
   float air = ray.air;
   vec2 shadow = cone_interval(pixel_axis_ray(pixel, ray, u_shadow_axis), u_shadow, 1.0);
 #endif
-#ifdef HAS_TERMINATOR
-  shadow = night_or_dusk(pixel_axis_ray(pixel, ray, u_shadow_axis), shadow);
-#endif
   float end = ray.air < 0.0 ? 0.0 : clamp(solid - ray.start, 0.0, max(air, 0.0));
+#ifdef HAS_TERMINATOR
+  shadow = night_or_dusk(shadow, cone_interval(pixel_axis_ray(pixel, ray, u_shadow_axis), u_dusk, 1.0), end);
+#endif
   float from = clamp(shadow.x, 0.0, end);
   float to = clamp(shadow.y, from, end);
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from shadowatmo.quadrature import gauss_legendre
 from shadowatmo.ray import altitude_of, safe_sqrt
-from shadowatmo.shadow import Cone, penumbra_cone, umbra_cone
+from shadowatmo.shadow import Cone, umbra_cone
 from shadowatmo.transmittance import transmittance_to_top
 
 DEGREE = 3  # of the polynomials in c: nodes to 0.003, weights to 0.002 of the whole disc
@@ -35,11 +35,6 @@ def night_cone(radius, sun) -> Cone:
     radii is the sun's own.
     """
     return umbra_cone(radius, sun.radius + radius, sun.distance)
-
-
-def dusk_cone(radius, sun) -> Cone:
-    """Return where a planet of `radius` [m] hides any of the disc of a sun whose light is parallel."""
-    return penumbra_cone(radius, sun.radius - radius, sun.distance)
 
 
 def visible_rule(q, count) -> tuple[np.ndarray, np.ndarray]:

@@ -11,6 +11,7 @@ from shadowatmo.passes.constants import medium_defines, medium_uniforms, transmi
 from shadowatmo.passes.gl.source import compose_source
 from shadowatmo.passes.terminator import terminator_defines, terminator_uniforms
 from shadowatmo.quality import as_quality
+from shadowatmo.shadow import cylinder
 from tests.cameras import SUN, facing, level
 from tests.test_probe import probed
 
@@ -90,16 +91,29 @@ def test_strips_against_the_converged_mean(rng, count, bars):
     assert np.all(measured[count] < bars) and np.all(measured[count - 1] > bars)
 
 
-def test_night_and_dusk_touch_the_horizon(rng):
-    """On the cones the disc just sets and just touches the horizon."""
-    for cone, sign in ((terminator.night_cone(R, DISC), -1.0), (terminator.dusk_cone(R, DISC), 1.0)):
+def test_night_begins_where_the_whole_disc_has_set(rng):
+    for cone, elevation in ((terminator.night_cone(R, DISC), -ALPHA), (cylinder(R), 0.0)):
         z = rng.uniform(0.01, 0.14, 200) * R
-        rho = cone.width(z)
-        r = np.hypot(rho, z)
-        k = (r - R) * (r + R)
+        r = np.hypot(cone.width(z), z)
         air = dataclasses.replace(EARTH, top_radius=1.1 * R)
-        elevation = np.arcsin(terminator.elevation_sine(air, k, -z))
-        assert np.allclose(elevation, sign * ALPHA, rtol=0, atol=1e-9)  # float64 over metres
+        sine = terminator.elevation_sine(air, (r - R) * (r + R), -z)
+        assert np.allclose(np.arcsin(sine), elevation, rtol=0, atol=1e-9)  # float64 over metres
+
+
+def test_cuts_of_night_and_dusk(glsl):
+    none = (1e30, 1e30)
+    cases = {  # night, dusk, cut of a ray that ends at 10
+        ((2, 5), (1, 6)): (2, 5),
+        ((-3, 4), (-4, 5)): (-3, 4),
+        (none, (4, 7)): (5.5, 5.5),  # the middle of a dusk that lies inside
+        (none, (-90, 3)): (3, 3),
+        (none, (8, 50)): (8, 8),
+        (none, none): (10, 10),
+        ((8, 3), (9, 2)): (10, 10),  # behind the plane where the cones begin
+    }
+    inputs = [np.array([pair[i] for pair in cases], np.float32) for i in (0, 1)]
+    got = glsl(["night.glsl"], "out0.xy = night_or_dusk(in0.xy, in1.xy, 10.0);", inputs)[:, :2]
+    assert np.array_equal(got, np.array(list(cases.values()), np.float32))
 
 
 @pytest.mark.parametrize("quality", [QUICK, ACCURATE], ids=["2 strips", "3 strips"])
@@ -190,17 +204,21 @@ def ground_light(probe, sun, elevations, air=EARTH):
 
 
 def test_ground_under_a_half_set_sun(ctx):
-    elevations = ALPHA * np.linspace(-1.2, 1.2, 49)
+    elevations = ALPHA * np.linspace(-1.2, 1.2, 25)
     twin = ground_light(reference.probe, DISC, elevations, VACUUM)[:, 1]
     # 48 strips over a kink of sunlight that begins at the horizon, where the strips begin too; air of 1e-7
     assert np.allclose(twin, mean_cosine(elevations) / np.pi, rtol=0, atol=1e-5 * ALPHA)
-    assert np.isclose(twin[24], 2 * ALPHA / (3 * np.pi) / np.pi, rtol=1e-4)  # half of it: closed form
+    assert np.isclose(twin[12], 2 * ALPHA / (3 * np.pi) / np.pi, rtol=1e-4)  # half of it: closed form
     assert np.all(twin[elevations < -1.001 * ALPHA] == 0.0) and np.all(np.diff(twin) >= 0.0)
-    assert ground_light(reference.probe, SUN, elevations, VACUUM)[24, 1] < 1e-3 * twin[24]
-    drawn = ground_light(lambda *a: sa.probe(ctx, *a, quality=ACCURATE), DISC, elevations, VACUUM)[:, 1]
+    assert ground_light(reference.probe, SUN, elevations, VACUUM)[12, 1] < 1e-3 * twin[12]
+
+    def probe(*rays):
+        return sa.probe(ctx, *rays, quality=ACCURATE)
+
+    drawn = ground_light(probe, DISC, elevations, VACUUM)[:, 1]
     # 3 strips with fitted nodes: a hundredth of the largest cosine
     assert np.max(np.abs(drawn - twin)) < 0.01 * twin.max()
-    in_air, truth = (ground_light(p, DISC, elevations) for p in (lambda *a: sa.probe(ctx, *a, quality=ACCURATE), reference.probe))
+    in_air, truth = (ground_light(p, DISC, elevations) for p in (probe, reference.probe))
     assert np.max(np.abs(in_air - truth)) < 0.01 * truth.max()
     high = np.array([0.5, 1.0])
     assert np.allclose(*(ground_light(reference.probe, s, high) for s in (DISC, SUN)), rtol=1e-5)
