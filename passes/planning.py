@@ -12,6 +12,7 @@ from shadowatmo.passes.shadow_back_depth import ShadowBackDepth
 from shadowatmo.passes.shadow_front_depth import ShadowFrontDepth
 from shadowatmo.passes.table3d import METHOD_TABLES, Table3D
 from shadowatmo.passes.table4d import Table4D
+from shadowatmo.passes.table4d_view import Table4DView
 from shadowatmo.passes.table_probe import method_orders
 from shadowatmo.passes.terminator import STRIPS
 from shadowatmo.passes.tonemap import Tonemap
@@ -84,6 +85,8 @@ def make_plan(scene, quality) -> Plan:
     discs = sum(sun.disc_at_terminator for sun in scene.suns)
     night = ", dark where the limb hides a whole disc" if discs and quality.method == "segments" else ""
     add(True, Widths, f"cuts rays into lit and shadowed widths{night} ({suns})", "", (*depths, *planet))
+    if quality.method == "table4d":
+        add(True, Table4DView, f"the table at the camera's height and under its sun, inside the air ({suns})", "")
     gathered = every and quality.method == "segments"
     add(gathered, MultipleView, f"gathers multiple scattering for the camera in coarse cells ({suns})", unused)
     background = ("planet_color",) if planet else ()

@@ -3,8 +3,9 @@
 //
 // Written are the distance [m] from the camera to the solid, inf for none, and then cuts as distances [m] from the ray's
 // base point: where the shadow begins and ends, and the far end. The class that goes to the depth buffer selects the
-// shader that draws the pixel: 0 no air, 1 lit, 2 one lit piece and a shadow, 3 a shadow between two lit pieces, and for a
-// sun with a finite disc 4 lit, the sun so high that its disc may be taken for a point.
+// shader that draws the pixel: 0 no air, 1 lit, 2 one lit piece and a shadow, 3 a shadow between two lit pieces, and 4 lit:
+// out to the top of the air where the method asks for it (HAS_OPEN_CLASS), or by a finite disc so high that it may be taken
+// for a point (HAS_TERMINATOR).
 
 #include "depth.glsl"
 #ifdef HAS_TERMINATOR
@@ -76,6 +77,9 @@ void main() {
   float toward_sun = -dot(pixel.direction, u_shadow_axis.direction);
   float height = ray.start * toward_sun - u_shadow_axis.z;
   kind = kind == 1.0 && min(height, height + end * toward_sun) > u_high_sun ? 4.0 : kind;
+#endif
+#ifdef HAS_OPEN_CLASS
+  kind += kind == 1.0 && end >= air ? 3.0 : 0.0;
 #endif
   out_cuts = vec4(solid >= NOTHING ? uintBitsToFloat(0x7F800000u) : solid, from, to, end);
   gl_FragDepth = 0.25 * kind;

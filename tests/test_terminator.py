@@ -252,7 +252,7 @@ def test_air_of_a_frame_against_the_twin(ctx):
     camera, size = level(92, 2e4, 90, -3, 40), (32, 18)
     scene = sa.Scene(suns=DISC)
     frames = []
-    for quality in (QUICK, sa.Quality(orders=1)):
+    for quality in (QUICK, sa.Quality(depth="textures", orders=1)):
         with sa.Renderer(ctx, scene, size, quality) as renderer:
             frames.append(renderer.render(camera).numpy())
     rays = camera.pixel_rays(size)[::3, 5::9].reshape(-1, 3)
