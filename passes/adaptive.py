@@ -15,6 +15,7 @@ from shadowatmo.passes.eclipse import shading_occluders
 from shadowatmo.passes.gl.functions import gl_functions
 from shadowatmo.passes.gl.shader import bind_textures, build_program, set_uniforms
 from shadowatmo.passes.gl.textures import Target
+from shadowatmo.passes.terminator import terminator_inputs
 from shadowatmo.passes.widths import cuts_inputs
 from shadowatmo.shadow import penumbra_cone, umbra_cone
 
@@ -47,6 +48,7 @@ class AdaptiveComposite(RenderPass):
 
     def draw(self, view, textures, sun, first):
         seen, air, class_features = composite_inputs(view, textures, sun, first)
+        air = joined(air, terminator_inputs(view, sun))
         cuts = cuts_inputs(view, textures, sun)
         grid = {"u_light": self.grid.color[0], "u_clear": self.grid.color[1]}
         self._draw_grid(seen, air, cuts, class_features[MIXED])

@@ -92,7 +92,7 @@ class Renderer:
         before, self._scene = getattr(self, "_scene", None), scene
         if before == scene:
             return
-        warn_of_approximations(scene)
+        warn_of_approximations(scene, self.quality)
         if before is None:
             return
         if before.surface != scene.surface:

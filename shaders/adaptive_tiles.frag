@@ -68,7 +68,11 @@ bool on_limb(Bounds tile, Pixel pixel) {
 bool near_shadow(Bounds tile, Pixel pixel) {
   float last = max(sqrt(u_top_k) - tile.x - tile.ray.start, 0.0);
   float margin = 2.0 * tile.angle * (last + tile.ray.start);
+#ifdef HAS_TERMINATOR
+  Cone wider = u_dusk;
+#else
   Cone wider = u_shadow;
+#endif
   wider.excess += margin;
   wider.near -= margin;
   vec2 shadow = cone_interval(pixel_axis_ray(pixel, tile.ray, u_shadow_axis), wider, 1.0);

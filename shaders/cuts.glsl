@@ -2,8 +2,14 @@
 
 #include "depth.glsl"
 #include "shadow_axis.glsl"
+#ifdef HAS_TERMINATOR
+#include "night.glsl"
+#endif
 
 uniform Cone u_shadow;
+#ifdef HAS_TERMINATOR
+uniform Cone u_dusk;
+#endif
 #ifdef HAS_DEPTH_TEXTURES
 uniform sampler2D u_shadow_back;
 uniform sampler2D u_shadow_front;
@@ -63,13 +69,24 @@ vec4 path_cuts(ivec2 texel, Pixel pixel, Ray ray) {
   float air = air_end(texel, pixel, ray);
   vec2 shadow = shadow_along(texel, pixel, ray);
   float end = ray.air < 0.0 ? 0.0 : clamp(solid - ray.start, 0.0, max(air, 0.0));
+#ifdef HAS_TERMINATOR
+  shadow = night_or_dusk(shadow, cone_interval(pixel_axis_ray(pixel, ray, u_shadow_axis), u_dusk, 1.0), end);
+#endif
   float from = clamp(shadow.x, 0.0, end);
   return vec4(solid, from, clamp(shadow.y, from, end), end);
 }
 
-// The same for a shader that draws paths of every kind: without a shadow there is one lit piece, not two that meet where
-// none begins.
+// Whether a path has a dark part, or is cut in two by the dusk of a finite disc.
+bool is_cut(vec4 cuts) {
+#ifdef HAS_TERMINATOR
+  if (cuts.y > 0.0 && cuts.z < cuts.w) return true;
+#endif
+  return cuts.z > cuts.y;
+}
+
+// The same for a shader that draws paths of every kind: without a cut there is one lit piece, not two that meet where no
+// shadow begins.
 vec4 solved_cuts(ivec2 texel, Pixel pixel, Ray ray) {
   vec4 cuts = path_cuts(texel, pixel, ray);
-  return cuts.z > cuts.y ? cuts : cuts.xwww;
+  return is_cut(cuts) ? cuts : cuts.xwww;
 }
