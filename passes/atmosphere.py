@@ -17,6 +17,7 @@ from shadowatmo.passes.constants import (
     transmittance_defines,
 )
 from shadowatmo.passes.eclipse import eclipse_inputs, moon_discs
+from shadowatmo.passes.eclipse_view import eclipse_view_defines, eclipse_view_uniforms
 from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.multiple import multiple_uniforms
 from shadowatmo.passes.multiple_view import view_defines, view_uniforms
@@ -80,6 +81,10 @@ class AtmosphereComposite(RenderPass):
             more = {**multiple_uniforms(view.scene.atmosphere), **view_uniforms(view, sun)}
             method_uniforms = {**method_uniforms, **more}
             method_samplers = {**method_samplers, "u_multiple_view": textures["multiple_view"]}
+            if moons[0] and "eclipse_view" in textures:
+                method_defines |= eclipse_view_defines(view.quality)
+                method_uniforms |= eclipse_view_uniforms(view)
+                method_samplers |= {"u_eclipse_view": textures["eclipse_view"]}
         if not first:
             self.ctx.enable(moderngl.BLEND)
             self.ctx.blend_func = moderngl.ONE, moderngl.ONE, moderngl.ZERO, moderngl.ONE

@@ -5,6 +5,8 @@ import logging
 from shadowatmo.passes.atmosphere import AtmosphereComposite
 from shadowatmo.passes.atmosphere_back_depth import AtmosphereBackDepth
 from shadowatmo.passes.eclipse import Eclipse, shading_occluders
+from shadowatmo.passes.eclipse_multiple import EclipseMultiple
+from shadowatmo.passes.eclipse_view import EclipseView
 from shadowatmo.passes.multiple import MultipleScattering
 from shadowatmo.passes.multiple_view import MultipleView
 from shadowatmo.passes.planet import Planet
@@ -62,6 +64,9 @@ def make_plan(scene, quality) -> Plan:
     touched = f"the penumbrae of {max(moons.values())} occluders reach the air"
     untouched = "no occluder's penumbra reaches the air" if scene.occluders else "the scene has no occluders"
     add(any(moons.values()), Eclipse, touched, untouched)
+    shaded = any(moons.values()) and every and uses
+    why = "what the moons leave of multiple scattering, about the axes of their shadows; made once for their places"
+    add(shaded, EclipseMultiple, why, untouched if not any(moons.values()) else unused)
     solved = "the shadow's distances are solved per pixel (depth='analytic')"
     add(textured, ShadowBackDepth, f"the far side of the planet's shadow ({shape}) ends the dark part of a ray", solved)
     add(textured, ShadowFrontDepth, f"the near side of the planet's shadow ({shape}) begins the dark part", solved)
@@ -77,6 +82,8 @@ def make_plan(scene, quality) -> Plan:
     add(True, Widths, f"cuts rays into lit and shadowed widths ({suns})", "", (*depths, *planet))
     gathered = every and quality.method == "segments"
     add(gathered, MultipleView, f"gathers multiple scattering for the camera in coarse cells ({suns})", unused)
+    why = "gathers what the moons leave of it for the camera in coarse cells"
+    add(gathered and shaded, EclipseView, why, untouched if not any(moons.values()) else unused)
     background = ("planet_color",) if planet else ()
     nodes = nodes_for(scene.atmosphere, quality.nodes)
     how = {

@@ -19,6 +19,9 @@
 #include "multiple.glsl"
 #include "multiple_view.glsl"
 #endif
+#ifdef HAS_ECLIPSE_VIEW
+#include "eclipse_view.glsl"
+#endif
 #endif
 #ifdef HAS_SUN_DISC
 #include "sun_disc.glsl"
@@ -69,8 +72,8 @@ void main() {
 #else
   vec3 multiple = multiple_inscatter(gl_FragCoord.xy, cuts.w, air.transmittance);
 #endif
-#ifdef HAS_ECLIPSE
-  multiple *= diffuse_visibility(air.visibility);
+#ifdef HAS_ECLIPSE_VIEW
+  multiple *= eclipse_ratio(gl_FragCoord.xy, cuts.w, air.visibility);
 #endif
   air.radiance += multiple;
 #endif

@@ -6,6 +6,7 @@
 
 #include "eclipse.glsl"
 #include "multiple.glsl"
+#include "shade.glsl"
 
 uniform sampler2D u_ratio;
 uniform mat3 u_ratio_axes[OCCLUDERS];       // from planet-centered coordinates to the shadow's frame
@@ -19,9 +20,6 @@ const float RATIO_NORMS[RATIO_COSINES] = RATIO_NORM_VALUES;
 const vec2 RATIO_TILE = vec2(float(RATIO_RINGS), float(RATIO_SECTORS));
 const vec2 RATIO_SIZE = RATIO_TILE * vec2(float(RATIO_COEFFICIENTS + 1), float(RATIO_HEIGHTS * OCCLUDERS));
 const float MEAN_TO_MOMENT = 3.54490770181103;  // the zeroth moment of a mean radiance
-
-// The visible fraction, brightened by about what totality leaves; 1 for 1.
-float shade(float visible) { return (visible + RATIO_SHADE) / (1.0 + RATIO_SHADE); }
 
 struct RatioPlace {
   vec2 texel;  // in the lower slice's tile 0

@@ -10,6 +10,9 @@
 #ifdef HAS_ECLIPSE
 #include "eclipse.glsl"
 #endif
+#ifdef HAS_RATIO
+#include "eclipse_multiple.glsl"
+#endif
 #ifdef HAS_WATER
 #include "sky.glsl"
 #include "water.glsl"
@@ -44,6 +47,9 @@ vec3 mirrored(vec3 up, vec3 to_eye, vec3 sun, vec3 sunlight) {
 #ifdef HAS_MULTIPLE
   // All further orders by the source at the water: near the ground it changes slowly along a path.
   vec3 source = multiple_radiance(0.0, mu_s, above, dot(reflected, sun));
+#ifdef HAS_RATIO
+  source *= ground_ratio(up);
+#endif
   light += fresnel(mu) * source * (1.0 - mirror.transmittance);
 #endif
   return mu_s > 0.0 ? light + sunlight * mu_s * glint(mu, max(mu_s, 0.01), dot(to_eye, sun)) : light;
@@ -81,8 +87,8 @@ vec3 ground_radiance(vec3 up, vec3 to_eye, float distance) {
 #ifdef HAS_MULTIPLE
   // A slope sees the part of the sky above it; its light is taken as even over the sky.
   vec3 sky = ground_irradiance(dot(up, sun));
-#ifdef HAS_ECLIPSE
-  sky *= diffuse_visibility(visible);
+#ifdef HAS_RATIO
+  sky *= ground_ratio(up);
 #endif
   light += 0.5 * (1.0 + dot(normal, up)) * sky;
 #endif
