@@ -82,7 +82,7 @@ class AtmosphereComposite(RenderPass):
             method_uniforms = {**method_uniforms, **more}
             method_samplers = {**method_samplers, "u_multiple_view": textures["multiple_view"]}
             if moons[0] and "eclipse_view" in textures:
-                method_defines |= eclipse_view_defines(view.quality)
+                method_defines |= eclipse_view_defines(view)
                 method_uniforms |= eclipse_view_uniforms(view)
                 method_samplers |= {"u_eclipse_view": textures["eclipse_view"]}
         if not first:

@@ -13,17 +13,22 @@ from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.multiple import OUTPUTS, multiple_defines, multiple_samplers, multiple_uniforms, path_defines
 from shadowatmo.passes.multiple_view import is_high
 
-CELLS = {"balanced": (49, 28), "accurate": (81, 46)}  # corners of cells across and up
-SLICES = {"balanced": 5, "accurate": 8}
-NODES = {"balanced": 8, "accurate": 12}
-TERMS = {"balanced": 2, "accurate": 4}  # degree of the source's harmonics
+CELLS = {"balanced": (33, 19), "accurate": (81, 46)}  # corners of cells across and up
+SLICES = {("balanced", False): 5, ("balanced", True): 3, ("accurate", False): 8, ("accurate", True): 6}  # high camera
+NODES = {"balanced": 6, "accurate": 12}
+TERMS = {"balanced": 4, "accurate": 4}  # degree of the source's harmonics
 FIRST = 0.375  # scale of the slices' distances in Rayleigh scale heights: uniform below, logarithmic beyond
 RIM = 128  # points of the air's rim that are looked for in the frame
 
 
-def eclipse_view_defines(quality) -> dict:
+def eclipse_view_defines(view) -> dict:
     """Return the defines of eclipse_view.glsl for the lookup."""
-    return {"HAS_ECLIPSE_VIEW": True, "CELL_SLICES": SLICES[quality.multiple], "RATIO_SHADE": SHADE}
+    return {"HAS_ECLIPSE_VIEW": True, "RATIO_SHADE": SHADE, **_kind(view)}
+
+
+def _kind(view):
+    high = is_high(view)
+    return {"CELL_SLICES": SLICES[view.quality.multiple, high], **({"HAS_HIGH_CAMERA": True} if high else {})}
 
 
 def eclipse_view_uniforms(view) -> dict:
@@ -68,7 +73,7 @@ class EclipseView(RenderPass):
 
     def __init__(self, ctx, size):
         super().__init__(ctx, size)
-        self.target = None
+        self._targets = {}
 
     def draw(self, view, textures, sun):
         textures.pop("eclipse_view", None)  # of another sun
@@ -76,23 +81,24 @@ class EclipseView(RenderPass):
         ratio = ratio_inputs(view.scene, sun, textures, RATIO_RECIPES[effort], TERMS[effort])
         if not ratio[0]:
             return
-        if self.target is None:
+        kind = _kind(view)
+        slices = kind["CELL_SLICES"]
+        if slices not in self._targets:
             width, height = CELLS[effort]
-            self.target = self.own(Target(self.ctx, (width, height * SLICES[effort]), color=("rgba32f",)))
-            self.target.color[0].filter = (self.ctx.LINEAR, self.ctx.LINEAR)
+            self._targets[slices] = self.own(Target(self.ctx, (width, height * slices), color=("rgba32f",)))
+            self._targets[slices].color[0].filter = (self.ctx.LINEAR, self.ctx.LINEAR)
         count = NODES[effort]
         defines = {**ratio[0], **medium_defines(atmosphere), **multiple_defines(RECIPES[effort])}
-        defines |= {**path_defines(count, 2), "TERMS": 4, "CELL_SLICES": SLICES[effort]}
-        defines |= {"HAS_HIGH_CAMERA": True} if is_high(view) else {}
+        defines |= {**path_defines(count, 2), **kind, "TERMS": 4}
         defines |= {"HAS_FAR_CAMERA": True} if view.is_far else {}
         del defines["HAS_RATIO"]
         uniforms = {**ratio[1], **view.camera_uniforms(), **medium_uniforms(atmosphere), **segment_uniforms(atmosphere)}
         uniforms |= {**multiple_uniforms(atmosphere), **eclipse_view_uniforms(view), **view.axis_uniforms(sun)}
         uniforms |= {"u_camera_position": view.position, "u_node_count": count}
-        self.target.framebuffer.use()
+        self._targets[slices].framebuffer.use()
         self.fullscreen("eclipse_view.frag", defines, uniforms, {**ratio[2], **multiple_samplers(textures)})
-        textures["eclipse_view"] = self.target.color[0]
+        textures["eclipse_view"] = self._targets[slices].color[0]
 
     def release(self):
         super().release()
-        self.target = None
+        self._targets.clear()

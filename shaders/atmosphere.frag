@@ -73,7 +73,7 @@ void main() {
   vec3 multiple = multiple_inscatter(gl_FragCoord.xy, cuts.w, air.transmittance);
 #endif
 #ifdef HAS_ECLIPSE_VIEW
-  multiple *= eclipse_ratio(gl_FragCoord.xy, cuts.w, air.visibility);
+  multiple *= eclipse_ratio(gl_FragCoord.xy, ray, cuts.w, air.visibility);
 #endif
   air.radiance += multiple;
 #endif

@@ -27,11 +27,7 @@ void main() {
 #endif
   float nu = clamp(-dot(direction, u_shadow_axis.direction), -1.0, 1.0);
   vec2 sun = vec2(-u_shadow_axis.z + ray.start * nu, nu);
-  float far = min(max(cell_distance(slice), 1.0e-3 * u_cell_slices.x), max(ray.air, 1.0));
-#ifdef HAS_HIGH_CAMERA
-  float ground = ground_distance(ray);
-  if (ground >= 0.0) far = min(far, ground);
-#endif
+  float far = max(cell_end(ray, slice), 1.0);
   eclipse_base = u_camera_position + ray.start * direction;
   eclipse_direction = direction;
   vec3 kernel = aureole_kernel(nu);
