@@ -4,8 +4,8 @@ import numpy as np
 
 from shadowatmo.cache import TableCache
 from shadowatmo.camera import Camera
-from shadowatmo.errors import ParameterError, PassError
 from shadowatmo.eclipse_multiple import RATIO_RECIPES
+from shadowatmo.errors import ParameterError, PassError
 from shadowatmo.multiple_recipes import RECIPES
 from shadowatmo.passes.atmosphere import AtmosphereComposite
 from shadowatmo.passes.atmosphere_back_depth import AtmosphereBackDepth

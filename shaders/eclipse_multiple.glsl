@@ -98,26 +98,40 @@ vec3 ground_ratio_under(vec3 up, int moon, float visible) {
   return shade(visible) * exp(ratio_value(ratio_place(up, 0.0, moon), RATIO_COEFFICIENTS));
 }
 
-// What several moons leave, from what each alone does. What they take adds up as far as their discs do not overlap on the
-// sun; what the overlap would take twice is given back, and the product of the ratios is the least.
-vec3 combined(vec3 sum, vec3 product, float visible_sum, float visible) {
-  return max(sum + (visible - visible_sum), product);
+#ifdef HAS_MOON_SUM
+// What several moons leave, from what each alone does: they add up as far as their discs do not overlap on the sun. Where
+// they do, or where little is left and differences mean nothing, the remainders over shade() multiply.
+struct MoonSum {
+  vec3 sum;
+  vec3 remainder;
+  float visible;  // if no discs overlapped
+};
+
+const MoonSum NO_MOONS = MoonSum(vec3(1.0), vec3(1.0), 1.0);
+
+void add_moon(vec3 ratio, float visible, inout MoonSum moons) {
+  moons.sum -= 1.0 - ratio;
+  moons.remainder *= ratio / shade(visible);
+  moons.visible -= 1.0 - visible;
 }
+
+vec3 moons_leave(MoonSum moons, float visible) {
+  float overlap = visible - moons.visible;
+  float weight = max(smoothstep(0.0, 0.02, overlap), 1.0 - smoothstep(0.02, 0.2, visible));
+  return mix(max(moons.sum + overlap, 0.0), shade(visible) * moons.remainder, weight);
+}
+#endif
 
 // The source under all moons.
 vec3 eclipsed_source(vec3 source, vec3 mean, vec2 step, vec3 point, vec3 direction, float altitude) {
 #ifdef HAS_MOON_SUM
-  vec3 sum = vec3(1.0);
-  vec3 product = vec3(1.0);
-  float visible_sum = 1.0;
+  MoonSum moons = NO_MOONS;
   for (int i = 0; i < OCCLUDERS; ++i) {
     float visible = visible_fraction(point, i);
-    vec3 ratio = source_under(source, mean, step, point, direction, altitude, i, visible) / max(source, 1.0e-30);
-    sum -= 1.0 - ratio;
-    product *= ratio;
-    visible_sum -= 1.0 - visible;
+    vec3 shaded = source_under(source, mean, step, point, direction, altitude, i, visible);
+    add_moon(shaded / max(source, 1.0e-30), visible, moons);
   }
-  return source * combined(sum, product, visible_sum, sun_visibility(point));
+  return source * moons_leave(moons, sun_visibility(point));
 #else
   return source_under(source, mean, step, point, direction, altitude, 0, visible_fraction(point, 0));
 #endif
@@ -127,17 +141,12 @@ vec3 eclipsed_source(vec3 source, vec3 mean, vec2 step, vec3 point, vec3 directi
 vec3 ground_ratio(vec3 up) {
   vec3 point = up * u_bottom_radius;
 #ifdef HAS_MOON_SUM
-  vec3 sum = vec3(1.0);
-  vec3 product = vec3(1.0);
-  float visible_sum = 1.0;
+  MoonSum moons = NO_MOONS;
   for (int i = 0; i < OCCLUDERS; ++i) {
     float visible = visible_fraction(point, i);
-    vec3 ratio = ground_ratio_under(up, i, visible);
-    sum -= 1.0 - ratio;
-    product *= ratio;
-    visible_sum -= 1.0 - visible;
+    add_moon(ground_ratio_under(up, i, visible), visible, moons);
   }
-  return combined(sum, product, visible_sum, sun_visibility(point));
+  return moons_leave(moons, sun_visibility(point));
 #else
   return ground_ratio_under(up, 0, visible_fraction(point, 0));
 #endif

@@ -31,8 +31,9 @@ uniform sampler2D u_relief_map;  // slope to the east, slope to the north, altit
 #ifdef HAS_WATER
 const float SEA_SHORE = 25.0;  // m; a level of an 8-bit height map
 
-// Light of sun and sky that the sea mirrors into the eye. to_eye = unit vector, sunlight = transmittance to the sun or 0.
-vec3 mirrored(vec3 up, vec3 to_eye, vec3 sun, vec3 sunlight) {
+// Light of sun and sky that the sea mirrors into the eye. to_eye = unit vector, sunlight = transmittance to the sun or 0,
+// left = what the moons leave of multiple scattering.
+vec3 mirrored(vec3 up, vec3 to_eye, vec3 sun, vec3 sunlight, vec3 left) {
   float mu = max(dot(up, to_eye), 1.0e-3);
   float mu_s = dot(up, sun);
   vec3 reflected = 2.0 * dot(up, to_eye) * up - to_eye;
@@ -47,10 +48,7 @@ vec3 mirrored(vec3 up, vec3 to_eye, vec3 sun, vec3 sunlight) {
 #ifdef HAS_MULTIPLE
   // All further orders by the source at the water: near the ground it changes slowly along a path.
   vec3 source = multiple_radiance(0.0, mu_s, above, dot(reflected, sun));
-#ifdef HAS_RATIO
-  source *= ground_ratio(up);
-#endif
-  light += fresnel(mu) * source * (1.0 - mirror.transmittance);
+  light += fresnel(mu) * left * source * (1.0 - mirror.transmittance);
 #endif
   return mu_s > 0.0 ? light + sunlight * mu_s * glint(mu, max(mu_s, 0.01), dot(to_eye, sun)) : light;
 }
@@ -83,19 +81,19 @@ vec3 ground_radiance(vec3 up, vec3 to_eye, float distance) {
   float visible = sun_visibility(up * (u_bottom_radius + altitude));
   sunlight *= visible;
 #endif
+  vec3 left = vec3(1.0);
+#ifdef HAS_RATIO
+  left = ground_ratio(up);
+#endif
   vec3 light = sunlight * max(dot(normal, sun), 0.0);
 #ifdef HAS_MULTIPLE
   // A slope sees the part of the sky above it; its light is taken as even over the sky.
-  vec3 sky = ground_irradiance(dot(up, sun));
-#ifdef HAS_RATIO
-  sky *= ground_ratio(up);
-#endif
-  light += 0.5 * (1.0 + dot(normal, up)) * sky;
+  light += 0.5 * (1.0 + dot(normal, up)) * left * ground_irradiance(dot(up, sun));
 #endif
   vec3 radiance = albedo / PI * light;
 #ifdef HAS_WATER
   float sea = 1.0 - smoothstep(0.0, SEA_SHORE, relief.z);
-  radiance += sea * mirrored(up, to_eye, sun, sunlight);
+  radiance += sea * mirrored(up, to_eye, sun, sunlight, left);
 #endif
   return u_irradiance * radiance;
 }

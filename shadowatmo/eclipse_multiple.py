@@ -12,8 +12,8 @@ a the moments of the radiance under the moon, a' those without it, f the visible
 
 Where the sun is whole wherever light comes from, both moments are the same sums, and R = d = 0 exactly.
 
-Frame: e1 = the sun's direction made normal to p, e2 = p x e1. The centers of planet, sun and moon lie in the plane of e1
-and p, so half the angles do: a coefficient odd in e2 changes its sign across. A direction is turned with the point's
+Frame: e1 = the sun's direction made normal to p, e2 = p x e1. The centers of planet, sun and moon lie in the plane of
+e1 and p, so half the angles do: a coefficient odd in e2 changes its sign across. A direction is turned with the point's
 zenith onto p; there plain real spherical harmonics serve every column, with no azimuth that would jump.
 
 The ratio is a fixed point: with M the moments of single scattering and lit ground and G[J] those of what the source J
