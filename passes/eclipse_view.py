@@ -14,7 +14,7 @@ from shadowatmo.passes.multiple import OUTPUTS, multiple_defines, multiple_sampl
 from shadowatmo.passes.multiple_view import is_high
 
 CELLS = {"balanced": (33, 19), "accurate": (81, 46)}  # corners of cells across and up
-SLICES = {("balanced", False): 5, ("balanced", True): 3, ("accurate", False): 8, ("accurate", True): 6}  # high camera
+SLICES = {("balanced", False): 6, ("balanced", True): 3, ("accurate", False): 8, ("accurate", True): 6}  # high camera
 NODES = {"balanced": 6, "accurate": 12}
 TERMS = {"balanced": 4, "accurate": 4}  # degree of the source's harmonics
 FIRST = 0.375  # scale of the slices' distances in Rayleigh scale heights: uniform below, logarithmic beyond

@@ -84,7 +84,7 @@ class RatioRecipe:
 
 RATIO_RECIPES = {
     "balanced": RatioRecipe(),
-    "accurate": RatioRecipe(20, 7, 8, 4, 14, Effort(12, 8, 20, 8, 4), Effort(8, 6, 12, 6, 4), 4),
+    "accurate": RatioRecipe(18, 5, 7, 4, 12, Effort(10, 7, 16, 6), Effort(6, 4, 10, 5), 3),
 }
 
 
