@@ -21,14 +21,17 @@ FIRST = 0.375  # scale of the slices' distances in Rayleigh scale heights: unifo
 RIM = 128  # points of the air's rim that are looked for in the frame
 
 
-def eclipse_view_defines(view) -> dict:
-    """Return the defines of eclipse_view.glsl for the lookup."""
-    return {"HAS_ECLIPSE_VIEW": True, "RATIO_SHADE": SHADE, **_kind(view)}
+def eclipse_view_inputs(view, textures) -> tuple[dict, dict, dict]:
+    """Return defines, uniforms and samplers of eclipse_view.glsl for the lookup; empty where there is no table."""
+    if "eclipse_view" not in textures:
+        return {}, {}, {}
+    defines = {"HAS_ECLIPSE_VIEW": True, "RATIO_SHADE": SHADE, **_kind(view)}
+    return defines, eclipse_view_uniforms(view), {"u_eclipse_view": textures["eclipse_view"]}
 
 
 def _kind(view):
     high = is_high(view)
-    return {"CELL_SLICES": SLICES[view.quality.multiple, high], **({"HAS_HIGH_CAMERA": True} if high else {})}
+    return {"CELL_SLICES": SLICES[view.quality.multiple, high], **({"HAS_HIGH_CELLS": True} if high else {})}
 
 
 def eclipse_view_uniforms(view) -> dict:

@@ -22,6 +22,7 @@ from shadowatmo.passes.gl.shader import bind_textures, build_program, set_unifor
 from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.multiple import multiple_defines, multiple_samplers, multiple_uniforms
 from shadowatmo.passes.surface_maps import SurfaceMaps
+from shadowatmo.passes.terminator import terminator_defines, terminator_uniforms
 from shadowatmo.passes.transmittance import table_samplers
 from shadowatmo.quality import Quality
 
@@ -125,6 +126,8 @@ class Planet(RenderPass):
         if "HAS_WATER" in defines:
             defines |= {"HAS_SHADOW": True, "HAS_TWO_PIECES": True, **segment_defines(MIRRORED_SKY, atmosphere)}
             uniforms |= {**segment_uniforms(atmosphere), **cone_uniforms("u_shadow", view.shadow_cone(sun))}
+        defines |= terminator_defines(sun, view.quality)
+        uniforms |= terminator_uniforms(sun)
         moons = eclipse_inputs(view.scene, sun, textures)
         ratio = ratio_inputs(view.scene, sun, textures, RATIO_RECIPES[view.quality.multiple])
         moons = tuple({**a, **b} for a, b in zip(moons, ratio, strict=True))

@@ -34,6 +34,7 @@ from shadowatmo.passes.multiple import (
 from shadowatmo.passes.planning import warn_of_approximations
 from shadowatmo.passes.table_probe import TABLE_METHODS, table_light
 from shadowatmo.passes.tables import TableKeeper
+from shadowatmo.passes.terminator import night_uniforms, terminator_defines, terminator_uniforms
 from shadowatmo.passes.transmittance import TransmittanceTable, table_samplers
 from shadowatmo.quality import as_quality
 from shadowatmo.ray import ray_from_points
@@ -75,7 +76,7 @@ def probe(ctx, scene, origins, directions, t_max=None, quality="accurate") -> Pr
     """
     quality = as_quality(quality)
     rays = Rays.validated(origins, directions, t_max)
-    warn_of_approximations(scene)
+    warn_of_approximations(scene, quality)
     with preserve_state(ctx):
         return _Probe(ctx, scene, rays, quality).run()
 
@@ -188,6 +189,9 @@ class _Probe:
         uniforms = {**medium_uniforms(atmosphere), **segment_uniforms(atmosphere)}
         uniforms["u_ground_albedo"] = atmosphere.ground_albedo
         uniforms |= cone_uniforms("u_shadow", shadow.cylinder(atmosphere.bottom_radius))
+        if sun.disc_at_terminator:
+            defines |= terminator_defines(sun, quality)
+            uniforms |= {**terminator_uniforms(sun), **night_uniforms(atmosphere, sun)}
         self.eclipse.draw(self.scene, self.tables)
         moons = eclipse_inputs(self.scene, sun, self.tables)
         defines |= moons[0]

@@ -1,11 +1,10 @@
 #version 330 core
 // The table of eclipse_view.glsl: the source with and without the moons by the same nodes along a path.
 
-#include "camera.glsl"
+#include "shadow_axis.glsl"
 #include "eclipse_multiple_path.glsl"
 #include "eclipse_view.glsl"
 
-uniform Axis u_shadow_axis;
 uniform vec3 u_camera_position;  // m
 
 out vec4 out_ratio;
@@ -16,7 +15,7 @@ void main() {
   Pixel pixel = make_pixel((texel - u_cells.zw) / u_cells.xy);
   Ray ray = pixel_ray(pixel);
   vec3 direction = pixel.direction;
-#ifdef HAS_HIGH_CAMERA
+#ifdef HAS_HIGH_CELLS
   if (ray.air < 0.0) {
     // What the nearest ray sees that does not miss, for the pixels between the two.
     vec3 closest = u_camera_position - min(dot(u_camera_position, direction), 0.0) * direction;

@@ -3,7 +3,7 @@
 // The pixel knows which part of the sun its light has seen, which carries the edges of the shadow; what is left of the
 // logarithm of the ratio is smooth. Across and up cells of the part of the frame that shows air; the slices lie one over
 // the other. Low cameras: the slices are distances, and the ground is transparent, so that the horizon is no edge. High
-// ones (HAS_HIGH_CAMERA): the altitude at which a descending path ends; the last one holds whole paths.
+// ones (HAS_HIGH_CELLS): the altitude at which a descending path ends; the last one holds whole paths.
 
 #include "shade.glsl"
 
@@ -13,7 +13,7 @@ uniform vec2 u_cell_slices;   // m, scale of the distances; 1 / log(1 + farthest
 
 const float LAST_CELL_SLICE = float(CELL_SLICES - 1);
 
-#ifdef HAS_HIGH_CAMERA
+#ifdef HAS_HIGH_CELLS
 // Where the path of a slice ends, and the slice of a path that ends at t [m].
 float cell_end(Ray ray, float slice) {
   float unit = 1.0 - slice / LAST_CELL_SLICE;

@@ -4,6 +4,9 @@
 #include "segments.glsl"
 #include "phase.glsl"
 #include "shadow.glsl"
+#ifdef HAS_TERMINATOR
+#include "night.glsl"
+#endif
 #ifdef HAS_MULTIPLE
 #include "multiple_path.glsl"
 #endif
@@ -16,6 +19,9 @@ uniform sampler2D u_axis;     // z, dz, across, drift
 uniform sampler2D u_limits;   // impact, rim, t_max from the base point
 uniform vec3 u_ground_albedo;
 uniform Cone u_shadow;  // the planet's, for the parallel sun
+#ifdef HAS_TERMINATOR
+uniform Cone u_night;  // where the planet hides the whole disc
+#endif
 #ifdef HAS_ECLIPSE
 uniform sampler2D u_base;       // m, planet-centered base point
 uniform sampler2D u_direction;
@@ -66,16 +72,28 @@ void main() {
 #endif
   vec2 sun = vec2(-axis.z, -axis.dz);
   Inscatter sum = no_inscatter();
-  add_lit(ray, sun, 0.0, from, sum);
-  pass_gap(ray, from, to, sum);
-  add_lit(ray, sun, to, end, sum);
+#ifdef HAS_TERMINATOR
+  vec2 dark = night_or_dusk(cone_interval(axis, u_night, 1.0), shadow, end);
+  dark.x = clamp(dark.x, 0.0, end);
+  dark.y = clamp(dark.y, dark.x, end);
+#else
+  vec2 dark = vec2(from, to);
+#endif
+  add_lit(ray, sun, 0.0, dark.x, sum);
+  pass_gap(ray, dark.x, dark.y, sum);
+  add_lit(ray, sun, dark.y, end, sum);
   finish_columns(ray, end, sum);
   vec3 transmittance = exp(-optical_depth(sum.columns));
   out_transmittance = vec4(transmittance, end);
   out_single = vec4(apply_phases(sum, sun.y, axis.across), code);
 
   float height = sun.x + sun.y * end;
+#ifdef HAS_TERMINATOR
+  float cosine = height / u_bottom_radius;
+  vec3 direct = u_ground_albedo / PI * disc_irradiance(0.0, height, cosine, safe_sqrt(1.0 - cosine * cosine));
+#else
   vec3 direct = u_ground_albedo / PI * max(height, 0.0) / u_bottom_radius * transmittance_to_top(0.0, max(height, 0.0));
+#endif
 #ifdef HAS_ECLIPSE
   direct *= visibility_along(end);
 #endif

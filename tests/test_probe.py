@@ -27,6 +27,8 @@ def atmosphere(name):
 def scene_of(case):
     sun = case.get("sun") or {"dir": (0.0, 0.0, 1.0)}
     more = {name: sun[name] for name in ("distance", "radius") if name in sun}
+    if sun.get("model") == "disc":
+        more = {"radius": 1.496e11 * np.sin(sun["angular_radius"]), "disc_at_terminator": True}
     occluders = tuple(sa.Occluder(tuple(o["centre"]), o["radius"]) for o in case.get("occluders", ()))
     return sa.Scene(
         atmosphere(case["preset"]), sa.Sun(sun["dir"], limb_darkening=sun.get("limb_u", 0.0), **more), occluders
