@@ -17,6 +17,7 @@ from shadowatmo.passes.constants import (
     transmittance_defines,
 )
 from shadowatmo.passes.eclipse import eclipse_inputs, moon_discs
+from shadowatmo.passes.eclipse_view import eclipse_view_inputs
 from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.multiple import multiple_uniforms
 from shadowatmo.passes.multiple_view import view_defines, view_uniforms
@@ -119,6 +120,8 @@ def composite_inputs(view, textures, sun, first) -> tuple[tuple, tuple, tuple]:
     if "multiple_view" in textures and view.quality.method == "segments":
         more = {**multiple_uniforms(view.scene.atmosphere), **view_uniforms(view, sun, textures)}
         air = joined(air, (view_defines(view, textures), more, {"u_multiple_view": textures["multiple_view"]}))
+        if moons[0]:
+            air = joined(air, eclipse_view_inputs(view, textures))
     return (defines, uniforms, samplers), air, class_features
 
 

@@ -4,12 +4,15 @@ import numpy as np
 
 from shadowatmo.cache import TableCache
 from shadowatmo.camera import Camera
+from shadowatmo.eclipse_multiple import RATIO_RECIPES
 from shadowatmo.errors import ParameterError, PassError
 from shadowatmo.multiple_recipes import RECIPES
 from shadowatmo.passes.adaptive import AdaptiveComposite
 from shadowatmo.passes.atmosphere import AtmosphereComposite
 from shadowatmo.passes.atmosphere_back_depth import AtmosphereBackDepth
 from shadowatmo.passes.eclipse import Eclipse
+from shadowatmo.passes.eclipse_multiple import EclipseMultiple
+from shadowatmo.passes.eclipse_view import EclipseView
 from shadowatmo.passes.frame import Frame
 from shadowatmo.passes.gl.context import check_alive
 from shadowatmo.passes.gl.state import preserve_state
@@ -110,6 +113,8 @@ class Renderer:
             "multiple": self._make_multiple,
             "multiple_view": lambda: MultipleView(self.ctx, self.size),
             "eclipse": lambda: Eclipse(self.ctx),
+            "eclipse_multiple": self._make_eclipse_multiple,
+            "eclipse_view": lambda: EclipseView(self.ctx, self.size),
             "shadow_back_depth": lambda: ShadowBackDepth(self.ctx, self.size, depth_format),
             "shadow_front_depth": lambda: ShadowFrontDepth(self.ctx, self.size, depth_format),
             "planet": lambda: Planet(self.ctx, self.size, depth_format, self.scene.surface),
@@ -127,6 +132,10 @@ class Renderer:
             return MultipleScattering(self.ctx, RECIPES[self.quality.multiple])
 
         return TableKeeper(self.ctx, table, self._cache, self._progress, self._table_budget)
+
+    def _make_eclipse_multiple(self):
+        effort = self.quality.multiple
+        return EclipseMultiple(self.ctx, RATIO_RECIPES[effort], RECIPES[effort])
 
     def _make_inscatter(self):
         method, orders = self.quality.method, method_orders(self.quality)
@@ -211,6 +220,8 @@ class Renderer:
                 self._passes[name].draw(self.scene.atmosphere, textures)
         if "eclipse" in self._passes:
             self._passes["eclipse"].draw(self.scene, textures)
+        if "eclipse_multiple" in self._passes:
+            self._passes["eclipse_multiple"].draw(self.scene, textures)
         if "planet" in self._passes and not composed:
             self._passes["planet"].draw(view, textures)
             if "planet_color" in textures:
@@ -226,6 +237,8 @@ class Renderer:
                 self._passes["table4d_view"].draw(view, textures, sun)
             if "multiple_view" in self._passes and "multiple_table" in textures:
                 self._passes["multiple_view"].draw(view, textures, sun, RECIPES[self.quality.multiple])
+            if "eclipse_view" in self._passes:
+                self._passes["eclipse_view"].draw(view, textures, sun)
             composite.draw(view, textures, sun, first=place == 0)
         return textures
 

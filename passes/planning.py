@@ -7,6 +7,8 @@ from shadowatmo.passes.adaptive import TILE, AdaptiveComposite
 from shadowatmo.passes.atmosphere import AtmosphereComposite
 from shadowatmo.passes.atmosphere_back_depth import AtmosphereBackDepth
 from shadowatmo.passes.eclipse import Eclipse, shading_occluders
+from shadowatmo.passes.eclipse_multiple import EclipseMultiple
+from shadowatmo.passes.eclipse_view import EclipseView
 from shadowatmo.passes.multiple import MultipleScattering
 from shadowatmo.passes.multiple_view import MultipleView
 from shadowatmo.passes.planet import Planet
@@ -80,6 +82,9 @@ def make_plan(scene, quality) -> Plan:
     touched = f"the penumbrae of {max(moons.values())} occluders reach the air"
     untouched = "no occluder's penumbra reaches the air" if scene.occluders else "the scene has no occluders"
     add(any(moons.values()), Eclipse, touched, untouched)
+    shaded = any(moons.values()) and every and uses
+    why = "what the moons leave of multiple scattering, about the axes of their shadows; made once for their places"
+    add(shaded, EclipseMultiple, why, untouched if not any(moons.values()) else unused)
     solved = "the shadow's distances are solved per pixel (depth='analytic')"
     add(textured, ShadowBackDepth, f"the far side of the planet's shadow ({shape}) ends the dark part of a ray", solved)
     add(textured, ShadowFrontDepth, f"the near side of the planet's shadow ({shape}) begins the dark part", solved)
@@ -102,6 +107,8 @@ def make_plan(scene, quality) -> Plan:
         add(True, Table4DView, f"the table at the camera's height and under its sun, inside the air ({suns})", "")
     gathered = every and quality.method == "segments"
     add(gathered, MultipleView, f"gathers multiple scattering for the camera in coarse cells ({suns})", unused)
+    why = "gathers what the moons leave of it for the camera in coarse cells"
+    add(gathered and shaded, EclipseView, why, untouched if not any(moons.values()) else unused)
     background = ("planet_color",) if planet else ()
     nodes = nodes_for(scene.atmosphere, quality.nodes)
     columns = f"closed form with {quality.terms} terms" if closed else f"quadrature by {COLUMN_NODES} nodes"

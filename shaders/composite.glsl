@@ -18,6 +18,9 @@
 #include "multiple.glsl"
 #include "multiple_view.glsl"
 #endif
+#ifdef HAS_ECLIPSE_VIEW
+#include "eclipse_view.glsl"
+#endif
 #endif
 #ifdef HAS_SUN_DISC
 #include "sun_disc.glsl"
@@ -58,8 +61,8 @@ Scattered air_radiance(vec2 fragment, Pixel pixel, Ray ray, vec4 cuts) {
 #else
   vec3 multiple = multiple_inscatter(fragment, cuts.w, air.transmittance);
 #endif
-#ifdef HAS_ECLIPSE
-  multiple *= diffuse_visibility(air.visibility);
+#ifdef HAS_ECLIPSE_VIEW
+  multiple *= eclipse_ratio(fragment, ray, cuts.w, air.visibility);
 #endif
   air.radiance += multiple;
 #endif

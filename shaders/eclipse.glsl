@@ -41,7 +41,3 @@ float sun_visibility(vec3 point) {
 }
 
 float visibility_along(float t) { return sun_visibility(eclipse_base + t * eclipse_direction); }
-
-// Light that was scattered before fades with the sun too, and in totality a thousandth comes in from the penumbra: the
-// order of it, no more.
-float diffuse_visibility(float visible) { return (visible + 0.001) / 1.001; }

@@ -10,6 +10,9 @@
 #ifdef HAS_MULTIPLE
 #include "multiple_path.glsl"
 #endif
+#ifdef HAS_RATIO
+#include "eclipse_multiple_path.glsl"
+#endif
 
 uniform sampler2D u_ray;      // x, k, tangent_k, air
 uniform sampler2D u_axis;     // z, dz, across, drift
@@ -98,9 +101,10 @@ void main() {
 #ifdef HAS_MULTIPLE
   out_multiple.rgb = gather(ray, sun, vec4(0.0, from, to, end), aureole_kernel(sun.y)).radiance;
   if (code == 2.0) out_ground_multiple.rgb = transmittance * u_ground_albedo / PI * ground_irradiance(height / u_bottom_radius);
-#ifdef HAS_ECLIPSE
-  out_multiple.rgb *= diffuse_visibility(mean_visibility(sum.light));
-  out_ground_multiple.rgb *= diffuse_visibility(visibility_along(end));
+#ifdef HAS_RATIO
+  Shaded shaded = gather_shaded(ray, sun, vec4(0.0, from, to, end), aureole_kernel(sun.y), -1);
+  out_multiple.rgb *= shaded.with / max(shaded.without, 1.0e-30);
+  if (code == 2.0) out_ground_multiple.rgb *= ground_ratio((eclipse_base + end * eclipse_direction) / u_bottom_radius);
 #endif
 #endif
 }

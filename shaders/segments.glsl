@@ -7,6 +7,8 @@
 
 #ifdef HAS_ECLIPSE
 #include "eclipse.glsl"
+
+const float LEAST_LIGHT = 1.0e-3;  // m; what an unlit node counts, so that every path has a mean visibility
 #endif
 #ifdef HAS_TERMINATOR
 #include "terminator.glsl"
@@ -179,7 +181,7 @@ void add_lit(Ray ray, vec2 sun, float near, float far, inout Inscatter sum) {
 #endif
 #ifdef HAS_ECLIPSE
     float visible = visibility_along(t[i]);
-    sum.light += vec2(visible, 1.0) * light.y * (steps[i].x + steps[i].y);
+    sum.light += vec2(visible, 1.0) * (light.y * (steps[i].x + steps[i].y) + LEAST_LIGHT);
     light *= visible;
 #endif
     sum.rayleigh += light * steps[i].x;

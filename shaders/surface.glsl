@@ -13,6 +13,9 @@
 #ifdef HAS_ECLIPSE
 #include "eclipse.glsl"
 #endif
+#ifdef HAS_RATIO
+#include "eclipse_multiple.glsl"
+#endif
 #ifdef HAS_WATER
 #include "sky.glsl"
 #include "water.glsl"
@@ -32,8 +35,8 @@ uniform sampler2D u_relief_map;  // slope to the east, slope to the north, altit
 const float SEA_SHORE = 25.0;  // m; a level of an 8-bit height map
 
 // Light of sun and sky that the sea mirrors into the eye. to_eye = unit vector, level_light = irradiance of a level plane
-// by the sun.
-vec3 mirrored(vec3 up, vec3 to_eye, vec3 sun, vec3 level_light) {
+// by the sun, left = what the moons leave of multiple scattering.
+vec3 mirrored(vec3 up, vec3 to_eye, vec3 sun, vec3 level_light, vec3 left) {
   float mu = max(dot(up, to_eye), 1.0e-3);
   float mu_s = dot(up, sun);
   vec3 reflected = 2.0 * dot(up, to_eye) * up - to_eye;
@@ -48,7 +51,7 @@ vec3 mirrored(vec3 up, vec3 to_eye, vec3 sun, vec3 level_light) {
 #ifdef HAS_MULTIPLE
   // All further orders by the source at the water: near the ground it changes slowly along a path.
   vec3 source = multiple_radiance(0.0, mu_s, above, dot(reflected, sun));
-  light += fresnel(mu) * source * (1.0 - mirror.transmittance);
+  light += fresnel(mu) * left * source * (1.0 - mirror.transmittance);
 #endif
   return light + level_light * glint(mu, max(mu_s, 0.01), dot(to_eye, sun));
 }
@@ -92,18 +95,18 @@ vec3 ground_radiance(vec3 up, vec3 to_eye, float distance) {
   light *= visible;
   level_light *= visible;
 #endif
+  vec3 left = vec3(1.0);
+#ifdef HAS_RATIO
+  left = ground_ratio(up);
+#endif
 #ifdef HAS_MULTIPLE
   // A slope sees the part of the sky above it; its light is taken as even over the sky.
-  vec3 sky = ground_irradiance(dot(up, sun));
-#ifdef HAS_ECLIPSE
-  sky *= diffuse_visibility(visible);
-#endif
-  light += 0.5 * (1.0 + dot(normal, up)) * sky;
+  light += 0.5 * (1.0 + dot(normal, up)) * left * ground_irradiance(dot(up, sun));
 #endif
   vec3 radiance = albedo / PI * light;
 #ifdef HAS_WATER
   float sea = 1.0 - smoothstep(0.0, SEA_SHORE, relief.z);
-  radiance += sea * mirrored(up, to_eye, sun, level_light);
+  radiance += sea * mirrored(up, to_eye, sun, level_light, left);
 #endif
   return u_irradiance * radiance;
 }
