@@ -56,9 +56,9 @@ void main() {
 #endif
 #ifdef HAS_AIR
   Ray ray = pixel_ray(pixel);
-  vec2 sun = vec2(-u_shadow_axis.z + ray.start * nu, nu);
+  vec2 sun = vec2(-base_height(pixel, ray, u_shadow_axis, -nu), nu);
 #ifdef HAS_ECLIPSE
-  eclipse_base = u_camera_position + ray.start * pixel.direction;
+  eclipse_base = base_point(pixel, ray, u_camera_position);
   eclipse_direction = pixel.direction;
 #endif
   vec4 cuts = vec4(0.0, texelFetch(u_cuts, texel, 0).yzw);

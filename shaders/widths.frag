@@ -20,9 +20,9 @@ uniform sampler2D u_planet_depth;
 
 out vec4 out_cuts;
 
-// Distance [m] from the camera to whatever solid the scene holds. The ground's sphere is part of it, solved and not
-// rasterized but for the published variant.
-float solid_distance(Pixel pixel, Ray ray) {
+// Distance [m] from the camera to whatever solid the scene holds, but for the ground's sphere: that is solved, and
+// rasterized in the published variant alone.
+float solid_distance(Pixel pixel) {
   float solid = NOTHING;
 #ifdef HAS_PLANET_DEPTH
   solid = own_distance(u_planet_depth, pixel);
@@ -30,19 +30,25 @@ float solid_distance(Pixel pixel, Ray ray) {
 #ifdef HAS_HOST_DEPTH
   solid = min(solid, host_distance(pixel));
 #endif
+  return solid;
+}
+
+// Distance [m] from the base point to the ground, NOTHING where the ray does not meet it.
+float ground_end(Ray ray) {
 #ifdef HAS_PLANET_DEPTH
 #ifdef HAS_PUBLISHED_DEPTH
-  return solid;
+  return NOTHING;
 #endif
 #endif
   float ground = ground_distance(ray);
-  return ray.air >= 0.0 && ground >= 0.0 ? min(solid, ray.start + ground) : solid;
+  return ray.air >= 0.0 && ground >= 0.0 ? ground : NOTHING;
 }
 
 void main() {
   Pixel pixel = make_pixel(gl_FragCoord.xy);
   Ray ray = pixel_ray(pixel);
-  float solid = solid_distance(pixel, ray);
+  float solid = solid_distance(pixel);
+  float ground = ground_end(ray);
 
 #ifdef HAS_DEPTH_TEXTURES
   float air = min(own_distance(u_atmosphere_back, pixel), u_clip_planes.y * pixel.stretch) - ray.start;
@@ -51,7 +57,9 @@ void main() {
   float air = ray.air;
   vec2 shadow = cone_interval(pixel_axis_ray(pixel, ray, u_shadow_axis), u_shadow, 1.0);
 #endif
-  float end = ray.air < 0.0 ? 0.0 : clamp(solid - ray.start, 0.0, max(air, 0.0));
+  // Not the distance of the ground from the camera: from far away that has lost the digits that count.
+  float end = ray.air < 0.0 ? 0.0 : clamp(min(solid - ray.start, ground), 0.0, max(air, 0.0));
+  solid = min(solid, ray.start + ground);
   float from = clamp(shadow.x, 0.0, end);
   float to = clamp(shadow.y, from, end);
 
