@@ -52,7 +52,7 @@ void main() {
 #ifdef HAS_MOONS
   hidden = behind_moons(pixel.direction);
 #endif
-  background += open ? u_irradiance * sun_disc(length(across), nu, hidden) : vec3(0.0);
+  background += open ? u_irradiance * sun_disc(pixel.direction, hidden) : vec3(0.0);
 #endif
 #ifdef HAS_AIR
   Ray ray = pixel_ray(pixel);

@@ -12,6 +12,7 @@ import numpy as np
 import shadowatmo
 from shadowatmo.camera import Camera
 from shadowatmo.errors import ParameterError
+from shadowatmo.observing import DATE_HELP, OBSERVER_HELP, observed, observed_scene
 from shadowatmo.options import Parser, ProgressBar, numbers, run, size
 from shadowatmo.places import bearing, place
 from shadowatmo.quality import METHODS, NAMED, as_quality
@@ -25,13 +26,16 @@ Pictures of planets through their atmospheres, with the shadow of the planet in 
   shadowatmo render --altitude 2 --lat -33 --lon -68.9 --heading 268 --pitch 4 \\
                     --sun-azimuth 270 --sun-elevation 2 -o sunset.png
   shadowatmo render --scene mars --altitude 3e5 -o mars.png
+  shadowatmo render --date 2017-08-21T17:21Z --observer 44.633,-121.129,690 -o totality.png
   shadowatmo check                                     does OpenGL work here?
 """
 PLACES = """\
 Lengths are metres, angles degrees. The planet's center is the origin, longitude 0 lies on +x, 90 E on +y, the north
 pole on +z. Without a direction of view the camera looks at the planet's center from far away, and to the horizon from
 below 1000 km or a third of the radius. Without a sun it stands 40 degrees high, to the right of the view's heading.
+A date puts sun and moon where they are; an observer then looks to the sun, unless told where to stand or look.
 """
+SUNS = ("sun-direction", "sun-elevation", "sun-azimuth")
 LOOKS_AHEAD_BELOW = 1e6  # m, or a third of the radius where that is less
 
 
@@ -70,6 +74,8 @@ def _add_view(parser):
     group.add_argument("--sun-direction", type=numbers, metavar="X,Y,Z", help="from the planet's center to the sun")
     group.add_argument("--sun-elevation", type=float, help="above the horizontal at the camera")
     group.add_argument("--sun-azimuth", type=float, help="compass bearing at the camera")
+    group.add_argument("--date", metavar="TIME", help=DATE_HELP)
+    group.add_argument("--observer", type=numbers, metavar="LAT,LON,HEIGHT", help=OBSERVER_HELP)
 
 
 def _add_picture(parser):
@@ -93,12 +99,40 @@ def make_view(arguments):
         If options exclude each other or a value is out of range.
     """
     planet = world(arguments.scene)
-    position = _position(arguments, planet)
+    sky = _sky(arguments, planet)
+    there = sky is not None and sky.position is not None
+    there = there and not _given(arguments, "position", "lat", "lon", "altitude")
+    if there and not _given(arguments, "target", "forward", "heading", "pitch"):
+        return observed_scene(planet, sky), sky.camera(vertical_fov=_fov(arguments))
+    position = np.array(sky.position) if there else _position(arguments, planet)
     height = float(np.linalg.norm(position)) - planet.radius
     heading = math.radians(0.0 if arguments.heading is None else number("heading", arguments.heading))
-    fov = math.radians(number("fov", arguments.fov, low=0.0, high=180.0, open_low=True, open_high=True))
-    camera = Camera(position=position, vertical_fov=fov, **_axis(arguments, position, planet, height, heading))
+    axis = _axis(arguments, position, planet, height, heading)
+    camera = Camera(position=position, vertical_fov=_fov(arguments), **axis)
+    if sky is not None:
+        return observed_scene(planet, sky), camera
     return planet.scene(_sun_direction(arguments, position, heading)), camera
+
+
+def _fov(arguments) -> float:
+    """Return the angle of the picture's height [rad]."""
+    return math.radians(number("fov", arguments.fov, low=0.0, high=180.0, open_low=True, open_high=True))
+
+
+def _sky(arguments, planet):
+    """Return the sky of a date, or None without one."""
+    if arguments.date is None:
+        if arguments.observer is not None:
+            raise ParameterError("--observer", arguments.observer, "it with --date: it says whose sun and moon")
+        return None
+    suns = {name: getattr(arguments, name.replace("-", "_")) for name in SUNS}
+    _exclude("date", arguments.date, suns)
+    return observed(planet, arguments.date, arguments.observer)
+
+
+def _given(arguments, *options) -> bool:
+    """Return whether any of some options was given."""
+    return any(getattr(arguments, option) is not None for option in options)
 
 
 def _position(arguments, planet):
