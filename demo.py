@@ -4,6 +4,7 @@
     python demo.py --headless             render the main set into pictures/, and a sheet of all planets
     python demo.py --only limb_sunset     one picture of it
     python demo.py --set presets          the planets in full: from space, from within their air, at sunset
+    python demo.py --set eclipses         shadows of moons from space, from the air and from within
     python demo.py --date 2017-08-21T17:21Z --observer 44.633,-121.129,690
                                           sun and moon of a time and place, in the window or as a picture
 """
@@ -18,7 +19,8 @@ from pathlib import Path
 
 START = time.perf_counter()
 NEEDED = ("numpy", "PIL", "moderngl", "pyrr")
-SHEETS = {"main": "contact_sheet", "presets": "contact_sheet_presets"}  # of each set
+# of each set
+SHEETS = {"main": "contact_sheet", "presets": "contact_sheet_presets", "eclipses": "contact_sheet_eclipses"}
 THUMB = 480  # pixels, width of the pictures on a sheet
 WINDOW_LINE = "pip install moderngl-window (or `make setup`), or draw without a window: python demo.py --headless"
 
@@ -52,7 +54,7 @@ def build_parser():
 
 
 def list_pictures():
-    """Write the names of the pictures of both sets and what each shows."""
+    """Write the names of the pictures of all sets and what each shows."""
     from shadowatmo.gallery import pictures
 
     for picture in pictures("all"):
