@@ -9,6 +9,7 @@ from shadowatmo.errors import PassError
 from shadowatmo.false_color import left_half, widths_image
 from shadowatmo.fisheye import face_cameras, resample
 from shadowatmo.gallery import Picture
+from shadowatmo.passes.develop import develop
 from shadowatmo.passes.frame import Frame
 from shadowatmo.passes.pipeline import Renderer
 from shadowatmo.passes.tonemap import automatic_exposure
@@ -66,11 +67,7 @@ class Gallery:
         radiance = resample(faces, self.size)
         exposure = _exposure(picture, radiance)
         renderer = self._renderer(picture, replace(self.quality, **picture.quality), self.size)
-        texture = self.ctx.texture(self.size, 3, np.ascontiguousarray(radiance[::-1]), alignment=1, dtype="f4")
-        try:
-            return Image.fromarray(renderer.tonemapped(texture, exposure))
-        finally:
-            texture.release()
+        return develop(renderer, radiance, exposure)
 
     def _renderer(self, picture, quality, size) -> Renderer:
         """Return the renderer of a quality and a size, with a picture's scene."""

@@ -39,12 +39,17 @@ def observed(planet, date, observer=None) -> Sky:
         raise ParameterError("--date", str(date), f"it with a planet of the Earth's size, not with {planet.name}")
     if observer is None:
         return sky_at(date)
+    latitude, longitude, height = observer_radians(observer)
+    ground = planet.ground.altitude(place(planet.radius, latitude, longitude))
+    altitude = max(height, ground + EYE)
+    return sky_at(date, (latitude, longitude, height), radius=planet.radius, altitude=altitude)
+
+
+def observer_radians(observer) -> tuple[float, float, float]:
+    """Return an observer as `sky_at` takes it, from latitude and longitude in degrees and height [m]."""
     latitude = number("observer latitude", observer[0], low=-90.0, high=90.0)
     longitude = number("observer longitude", observer[1], low=-360.0, high=360.0)
-    latitude, longitude = math.radians(latitude), math.radians(longitude)
-    ground = planet.ground.altitude(place(planet.radius, latitude, longitude))
-    altitude = max(number("observer height", observer[2]), ground + EYE)
-    return sky_at(date, (latitude, longitude, observer[2]), radius=planet.radius, altitude=altitude)
+    return math.radians(latitude), math.radians(longitude), number("observer height", observer[2])
 
 
 def observed_scene(planet, sky):
