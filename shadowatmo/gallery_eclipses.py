@@ -115,7 +115,7 @@ def _from_space():
             "Beside it, 10 km high, 80 km from its middle: dark ground under a dark sky, and day beyond.",
             madras.scene(),
             _looking(_above(44.9, -122.1, 1e4), 111.0, -6.0, 65.0),
-            compensation=0.4,
+            compensation=0.3,
         ),
     )
 
@@ -128,7 +128,7 @@ def _from_within():
             f"Totality in Madras, Oregon, to the {name}: light comes from beyond the shadow, all around the horizon.",
             madras.scene(),
             madras.camera(azimuth * DEG, 18.0 * DEG, 58.0 * DEG),
-            compensation=0.4,
+            compensation=0.3,
         )
     yield Picture(
         "totality_fisheye",
@@ -136,7 +136,7 @@ def _from_within():
         madras.scene(),
         madras.camera(),
         style="fisheye",
-        compensation=0.4,
+        compensation=0.3,
     )
 
 
