@@ -13,13 +13,14 @@ by at most the 22 km between the figures, less their likeness: nothing near the 
 import math
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
+from functools import cache
 
 import numpy as np
 
 from shadowatmo.camera import Camera
 from shadowatmo.errors import ParameterError, ShadowAtmoError
 from shadowatmo.parameters import Occluder, Sun
-from shadowatmo.places import azimuth_elevation, bearing, place
+from shadowatmo.places import Ground, azimuth_elevation, bearing, place
 from shadowatmo.presets import EARTH
 from shadowatmo.scene import Scene
 from shadowatmo.surface import Surface
@@ -31,6 +32,7 @@ EQUATOR, FLATTENING = 6378137.0, 1.0 / 298.257223563  # m, 1: WGS 84
 MOON_RADIUS = 0.272281 * EQUATOR
 SUN_RADIUS = 6.957e8  # m: IAU 2015 resolution B3
 YEARS = (1600, 2200)  # before and after them the Earth's rotation is not known to a minute
+EYE = 2.0  # m above the ground
 FOV = math.radians(60.0)
 HIGHEST = 1e7  # m, of an observer
 SEARCH = 6.0  # h to both sides in which an eclipse is looked for
@@ -104,7 +106,7 @@ def sun_center(sun) -> np.ndarray:
     return sun.distance * np.array(sun.direction)
 
 
-def sky_at(date, observer=None, *, radius=EARTH.bottom_radius, altitude=None) -> Sky:
+def sky_at(date, observer=None, *, altitude=None) -> Sky:
     """Return where sun and moon are.
 
     Parameters
@@ -114,10 +116,9 @@ def sky_at(date, observer=None, *, radius=EARTH.bottom_radius, altitude=None) ->
     observer : (float, float, float), optional
         Latitude (geodetic, north positive) and longitude (east positive) [rad], and height [m]. Without one, positions
         are as seen from the Earth's center.
-    radius : float
-        Of the scene's planet [m].
     altitude : float, optional
-        Of the observer in the scene [m], where its relief is not the true one; without it, the height.
+        Of the observer in the scene [m], whose relief is coarse; without it, the height, or 2 m above the ground of
+        `Surface.earth()` where that is higher.
 
     Raises
     ------
@@ -130,8 +131,10 @@ def sky_at(date, observer=None, *, radius=EARTH.bottom_radius, altitude=None) ->
     sun, moon = _geocentric(moment)
     position, shift = None, np.zeros(3)
     if observer is not None:
-        height = observer[2] if altitude is None else number("altitude", altitude, low=-1e5, high=HIGHEST)
-        position = place(radius, *observer[:2], height)
+        if altitude is None:
+            altitude = max(observer[2], ground().altitude(place(1.0, *observer[:2])) + EYE)
+        height = number("altitude", altitude, low=-1e5, high=HIGHEST)
+        position = place(EARTH.bottom_radius, *observer[:2], height)
         shift = position - on_ellipsoid(*observer)
     center = sun + shift
     return Sky(
@@ -139,6 +142,12 @@ def sky_at(date, observer=None, *, radius=EARTH.bottom_radius, altitude=None) ->
         Occluder(moon + shift, MOON_RADIUS),
         None if position is None else tuple(position.tolist()),
     )
+
+
+@cache
+def ground() -> Ground:
+    """Return the altitude of the Earth's ground as scenes show it; the height map is read once."""
+    return Ground(Surface.earth())
 
 
 def contacts(date, observer) -> Contacts:

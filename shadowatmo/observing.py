@@ -8,12 +8,11 @@ import numpy as np
 
 from shadowatmo.ephemeris import YEARS, Sky, parse_date, sky_at
 from shadowatmo.errors import ParameterError
-from shadowatmo.places import local_axes, place
+from shadowatmo.places import local_axes
 from shadowatmo.presets import EARTH
 from shadowatmo.rigs import FlyRig
 from shadowatmo.validation import number
 
-EYE = 2.0  # m above the ground of the scene, where it is higher than the true one
 DATE_HELP = "sun and moon of this time (UTC), as in 2017-08-21T17:21Z"
 OBSERVER_HELP = "from where: degrees, metres; write --observer=-33.9,18.4,10"
 
@@ -39,10 +38,7 @@ def observed(planet, date, observer=None) -> Sky:
         raise ParameterError("--date", str(date), f"it with a planet of the Earth's size, not with {planet.name}")
     if observer is None:
         return sky_at(date)
-    latitude, longitude, height = observer_radians(observer)
-    ground = planet.ground.altitude(place(planet.radius, latitude, longitude))
-    altitude = max(height, ground + EYE)
-    return sky_at(date, (latitude, longitude, height), radius=planet.radius, altitude=altitude)
+    return sky_at(date, observer_radians(observer))
 
 
 def observer_radians(observer) -> tuple[float, float, float]:

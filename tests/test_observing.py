@@ -10,8 +10,9 @@ import pytest
 import shadowatmo as sa
 from shadowatmo.__main__ import build_parser, main, make_view
 from shadowatmo.controls import Controls
+from shadowatmo.ephemeris import EYE
 from shadowatmo.errors import ParameterError
-from shadowatmo.observing import EYE, SkyRig, observed
+from shadowatmo.observing import SkyRig, observed
 from shadowatmo.places import azimuth_elevation
 from shadowatmo.rigs import FlyRig, OrbitRig, SunRig
 from shadowatmo.worlds import WORLDS
