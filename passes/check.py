@@ -15,7 +15,7 @@ from shadowatmo.passes.gl.context import describe_context, open_context
 from shadowatmo.worlds import WORLDS
 
 PACKAGES = ("moderngl", "glcontext", "numpy", "pyrr", "pillow", "moderngl-window", "ephem")
-OPTIONAL = {"moderngl-window": "the window of demo.py", "ephem": "sun and moon of a date"}  # what needs them
+OPTIONAL = {"moderngl-window": "the window of demo.py", "ephem": "the sky of a date"}  # what needs them
 TINY = (64, 36)
 
 
