@@ -15,6 +15,7 @@ from shadowatmo.errors import ParameterError
 from shadowatmo.observing import SkyRig, observed
 from shadowatmo.places import azimuth_elevation
 from shadowatmo.rigs import FlyRig, OrbitRig, SunRig
+from shadowatmo.sequence import without_moons
 from shadowatmo.worlds import WORLDS
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -154,3 +155,22 @@ def test_the_clock_ends_with_what_is_known():
     rig = SkyRig(WORLDS["earth"], "2199-12-31T23:59Z", PLACE)
     rig.advance(3600.0)
     assert rig.moment.year == 2199
+
+
+# --- the disc in a frame
+
+
+def test_the_disc_stands_where_the_observer_sees_it(ctx):
+    """Its middle is the picture's; by the direction from the planet's center it would be 6 seconds of arc beside it."""
+    sky = observed(WORLDS["earth"], DATE, PLACE)
+    fov, n = math.radians(0.7), 201
+    camera, scene = sky.camera(vertical_fov=fov), sky.scene(surface=None)
+    with sa.Renderer(ctx, without_moons(scene), (n, n), "fast") as renderer:
+        light = renderer.render(camera).numpy()[..., 1].astype(float)
+    disc = light > 0.1 * light.max()
+    middle = np.argwhere(disc).mean(axis=0) - (n - 1) / 2
+    pixel = math.degrees(fov) * 3600.0 / n
+    assert np.abs(middle * pixel).max() < 1.0  # seconds of arc
+    offset = np.array(scene.suns[0].direction) @ camera.basis()[:2].T  # right and up, of the parallel direction
+    assert np.degrees(np.linalg.norm(offset)) * 3600.0 > 5.0
+    assert disc.mean() == pytest.approx(math.pi / 4 * (2 * 948.5 / pixel / n) ** 2, rel=0.01)
