@@ -38,8 +38,7 @@ vec3 disc_radiance(Pixel pixel) {
 #ifdef HAS_MOONS
   hidden = behind_moons(pixel.direction);
 #endif
-  float sine = length(cross(pixel.direction, u_shadow_axis.direction));
-  return u_irradiance * sun_disc(sine, -dot(pixel.direction, u_shadow_axis.direction), hidden);
+  return u_irradiance * sun_disc(pixel.direction, hidden);
 }
 #endif
 
