@@ -19,6 +19,12 @@ ARC_NODES = 10  # on every free stretch of a moon's edge; 8 leave an error of 8e
 MAX_DISCS = 8  # that one map takes together
 
 
+def tabled_occluders(scene, sun) -> tuple:
+    """Return the same in the order in which visibility.glsl counts them: narrow ones first."""
+    narrow, wide = sorted_by_width(scene.atmosphere, sun, shading_occluders(scene, sun))
+    return (*narrow, *wide)
+
+
 def shades_the_air(atmosphere, sun, occluder) -> bool:
     """Whether an occluder's penumbra meets the sphere of the air; a sphere around the cone's nearest point decides."""
     offset = np.array(occluder.center) - sun.distance * np.array(sun.direction)

@@ -6,6 +6,7 @@ of every linear step come from the twin in float64.
 """
 
 import math
+from functools import lru_cache
 from importlib.resources import files
 
 import numpy as np
@@ -36,6 +37,7 @@ SHADERS = ("ray.glsl", "shadow.glsl", "medium.glsl", "phase.glsl", "transmittanc
         "_level.frag", "_mix.frag", "_resolve.frag",
     )
 )  # fmt: skip
+TWINS = ("harmonics.py", "multiple.py", "extremes.py")
 MEAN = 1.0 / math.sqrt(4.0 * math.pi)  # mean radiance of the zeroth harmonic
 BANDS = 4  # draws that a gather is cut into
 
@@ -60,7 +62,12 @@ def multiple_samplers(textures) -> dict:
 def path_defines(nodes, gap_nodes) -> dict:
     """Return the quadrature constants of segments.glsl and multiple_path.glsl."""
     values = segment_defines(Quality(nodes=nodes, gap_nodes=gap_nodes))
-    return {**values, "GAP_CUMULATIVE_VALUES": glsl_array(cumulative_matrix(gap_nodes).ravel())}
+    return {**values, "GAP_CUMULATIVE_VALUES": _gap_values(gap_nodes)}
+
+
+@lru_cache(maxsize=64)
+def _gap_values(gap_nodes):
+    return glsl_array(cumulative_matrix(gap_nodes).ravel())
 
 
 def _sizes(recipe):
@@ -117,7 +124,7 @@ class MultipleScattering(RenderPass):
     def key(self, atmosphere) -> str:
         """Return the name of the finished tables in a cache: of all that they depend on."""
         sources = (files("shadowatmo.shaders").joinpath(name).read_text("utf-8") for name in SHADERS)
-        twins = (files("shadowatmo").joinpath(name).read_text("utf-8") for name in ("harmonics.py", "multiple.py"))
+        twins = (files("shadowatmo").joinpath(name).read_text("utf-8") for name in TWINS)
         return TableCache.key(self.name, atmosphere, self.recipe, self.table.formats, *sources, *twins)
 
     def arrays(self) -> dict:

@@ -4,12 +4,16 @@ import numpy as np
 
 from shadowatmo.cache import TableCache
 from shadowatmo.camera import Camera
+from shadowatmo.eclipse_multiple import RATIO_RECIPES
 from shadowatmo.errors import ParameterError, PassError
 from shadowatmo.multiple_recipes import RECIPES
+from shadowatmo.passes.adaptive import AdaptiveComposite
 from shadowatmo.passes.atmosphere import AtmosphereComposite
 from shadowatmo.passes.atmosphere_back_depth import AtmosphereBackDepth
 from shadowatmo.passes.cone_depth import ConeDepth
 from shadowatmo.passes.eclipse import Eclipse
+from shadowatmo.passes.eclipse_multiple import EclipseMultiple
+from shadowatmo.passes.eclipse_view import EclipseView
 from shadowatmo.passes.frame import Frame
 from shadowatmo.passes.gl.context import check_alive
 from shadowatmo.passes.gl.state import preserve_state
@@ -17,10 +21,11 @@ from shadowatmo.passes.gl.textures import check_size
 from shadowatmo.passes.multiple import MultipleScattering
 from shadowatmo.passes.multiple_view import MultipleView
 from shadowatmo.passes.planet import Planet
-from shadowatmo.passes.planning import make_plan, warn_of_approximations
+from shadowatmo.passes.planning import composite_name, make_plan, warn_of_approximations
 from shadowatmo.passes.shadow_back_depth import ShadowBackDepth
 from shadowatmo.passes.shadow_front_depth import ShadowFrontDepth
 from shadowatmo.passes.sun_visibility import SunVisibility
+from shadowatmo.passes.table4d_view import Table4DView
 from shadowatmo.passes.table_probe import make_table, method_orders
 from shadowatmo.passes.tables import TableKeeper
 from shadowatmo.passes.tonemap import Tonemap
@@ -92,7 +97,7 @@ class Renderer:
         before, self._scene = getattr(self, "_scene", None), scene
         if before == scene:
             return
-        warn_of_approximations(scene)
+        warn_of_approximations(scene, self.quality)
         if before is None:
             return
         if before.surface != scene.surface:
@@ -106,15 +111,19 @@ class Renderer:
             "transmittance": lambda: TransmittanceTable(self.ctx),
             "table3d": self._make_inscatter,
             "table4d": self._make_inscatter,
+            "table4d_view": lambda: Table4DView(self.ctx),
             "multiple": self._make_multiple,
             "multiple_view": lambda: MultipleView(self.ctx, self.size),
             "eclipse": lambda: Eclipse(self.ctx),
+            "eclipse_multiple": self._make_eclipse_multiple,
+            "eclipse_view": lambda: EclipseView(self.ctx, self.size),
             "shadow_back_depth": lambda: ShadowBackDepth(self.ctx, self.size, depth_format),
             "shadow_front_depth": lambda: ShadowFrontDepth(self.ctx, self.size, depth_format),
             "planet": lambda: Planet(self.ctx, self.size, depth_format, self.scene.surface),
             "atmosphere_back_depth": lambda: AtmosphereBackDepth(self.ctx, self.size, depth_format),
             "widths": lambda: Widths(self.ctx, self.size),
             "atmosphere": lambda: AtmosphereComposite(self.ctx, self.size),
+            "adaptive": lambda: AdaptiveComposite(self.ctx, self.size),
         }
         for step in self.plan.steps:
             if step.name not in self._passes:
@@ -125,6 +134,10 @@ class Renderer:
             return MultipleScattering(self.ctx, RECIPES[self.quality.multiple])
 
         return TableKeeper(self.ctx, table, self._cache, self._progress, self._table_budget)
+
+    def _make_eclipse_multiple(self):
+        effort = self.quality.multiple
+        return EclipseMultiple(self.ctx, RATIO_RECIPES[effort], RECIPES[effort])
 
     def _make_inscatter(self):
         method, orders = self.quality.method, method_orders(self.quality)
@@ -258,12 +271,15 @@ class Renderer:
 
     def _run(self, view, textures) -> dict:
         """Draw all passes of a view and return every texture by name."""
-        composed = "host_depth" in textures
+        composed, composite = "host_depth" in textures, self._passes[composite_name(self.quality)]
+        self._view = view
         for name in ("transmittance", "table3d", "table4d", "multiple"):
             if name in self._passes:
                 self._passes[name].draw(self.scene.atmosphere, textures)
         if "eclipse" in self._passes:
             self._passes["eclipse"].draw(self.scene, textures)
+        if "eclipse_multiple" in self._passes:
+            self._passes["eclipse_multiple"].draw(self.scene, textures)
         if "planet" in self._passes and not composed:
             self._passes["planet"].draw(view, textures)
             if "planet_color" in textures:
@@ -275,19 +291,27 @@ class Renderer:
             for name in ("shadow_back_depth", "shadow_front_depth", "widths"):
                 if name in self._passes:
                     self._passes[name].draw(view, textures, sun)
+            if "table4d_view" in self._passes:
+                self._passes["table4d_view"].draw(view, textures, sun)
             if "multiple_view" in self._passes and "multiple_table" in textures:
                 self._passes["multiple_view"].draw(view, textures, sun, RECIPES[self.quality.multiple])
-            self._passes["atmosphere"].draw(view, textures, sun, first=place == 0)
+            if "eclipse_view" in self._passes:
+                self._passes["eclipse_view"].draw(view, textures, sun)
+            composite.draw(view, textures, sun, first=place == 0)
         return textures
 
     def _copy(self, texture, framebuffer):
         framebuffer.use()
-        self._passes["atmosphere"].fullscreen("copy.frag", {}, {}, {"u_color": texture})
+        self._passes[composite_name(self.quality)].fullscreen("copy.frag", {}, {}, {"u_color": texture})
 
     def field(self, name, textures):
         """Return the texture of a field of the frame just drawn: "depth", "lit_width" or "shadow_width"."""
         self._check_open()
         with preserve_state(self.ctx):
+            if "cuts" not in textures:  # pass 5 went without
+                if "late_widths" not in self._passes:
+                    self._passes["late_widths"] = Widths(self.ctx, self.size)
+                self._passes["late_widths"].draw(self._view, textures, self._view.scene.suns[0])
             if name not in self._passes:
                 self._passes[name] = Field(self.ctx, self.size, name)
             return self._passes[name].draw(textures)

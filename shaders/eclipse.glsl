@@ -8,6 +8,18 @@ vec3 eclipse_direction;
 // The rotation of base and direction is the same for all points of a ray, and compilers see it.
 float visibility_along(float t) { return visibility_at(eclipse_base * u_sun_axes + t * (eclipse_direction * u_sun_axes)); }
 
-// Light that was scattered before fades with the sun too, and in totality a thousandth comes in from the penumbra: the
-// order of it, no more.
-float diffuse_visibility(float visible) { return (visible + 0.001) / 1.001; }
+#ifdef HAS_MOON_TABLES
+// Fraction of the sun's light that one moon alone leaves at a planet-centered point [m]; narrow moons come first.
+float visible_fraction(vec3 point, int index) {
+  vec3 p = point * u_sun_axes;
+#ifdef HAS_NARROW_MOONS
+  if (index < NARROW_MOONS) return narrow_fraction(p, index);
+  index -= NARROW_MOONS;
+#endif
+#ifdef HAS_WIDE_MOONS
+  return wide_fraction(p, index);
+#else
+  return 1.0;
+#endif
+}
+#endif

@@ -22,11 +22,15 @@ void main() {
   float across = safe_sqrt((u_bottom_radius * u_bottom_radius + path.y) / (u_view_top.z * u_view_top.z) * (1.0 - mu_s * mu_s));
   float nu = mu * mu_s + across * cos(PI * texel.x / (u_view_size.x - 1.0));
   vec2 sun = vec2(u_view_top.z * mu_s + ray.start * nu, nu);
+#ifdef HAS_WHOLE_PATHS
+  float far = ground ? -ray.x - safe_sqrt(-ray.tangent_k) : ray.air;
+#else
   // ends where it comes down to the slice's altitude, or nowhere before the ground or the top
   float unit = 1.0 - slice / LAST_SLICE;
   float h = u_thickness * unit * unit;
   float end_k = min(h * (2.0 * u_bottom_radius + h), ray.k) - ray.tangent_k;
   float far = ray.x < 0.0 && end_k > 0.0 && (h > 0.0 || ground) ? -ray.x - sqrt(end_k) : ray.air;
+#endif
   far = max(far, 1.0e-4 * u_thickness);
 #else
   Pixel pixel = make_pixel(texel * float(CELL));
@@ -55,7 +59,7 @@ void main() {
     float r = u_bottom_radius + altitude_of(k);
     vec3 column = vec3(steps[i], 0.0);
 #ifdef HAS_OZONE
-    column.z = nodes[i].y * max(dot(u_ozone_ramps, max(k - u_ozone_k, 0.0)), 0.0);
+    column.z = nodes[i].y * ozone_density(k);
 #endif
     vec3 sun_columns = columns_to_top(k, y);
     vec3 light = y < 0.0 && k < y * y ? vec3(0.0) : exp(-optical_depth(sun_columns));

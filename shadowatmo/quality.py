@@ -4,11 +4,12 @@ from dataclasses import dataclass
 
 from shadowatmo.errors import ParameterError
 from shadowatmo.multiple_recipes import RECIPES
-from shadowatmo.validation import choice, integer
+from shadowatmo.validation import choice, integer, number
 
 METHODS = ("segments", "table3d", "table3d-multiple", "table4d", "widths")
 DEPTHS = ("textures", "analytic")
 MAX_NODES = 32
+MAX_TOLERANCE = 0.1
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class Quality:
         Terms of the closed form, 4 (relative error 5e-4) or 6 (2e-5).
     depth : str
         "textures": passes 1 to 4 write depth textures that pass 5 reads; "analytic": distances are solved per pixel
-        in pass 5.
+        in pass 5, as they always are from so far away that a 32-bit distance cannot tell 1/2000 of the air's depth.
     depth_bits : int
         32: reversed float depth, distances re-derived per pixel; 24: the published standard depth of the rasterized
         proxies.
@@ -40,6 +41,9 @@ class Quality:
         1: single scattering alone; "all": light scattered more than once too, with the ground's reflections.
     multiple : str
         Resolution of the table of multiple scattering, "balanced" or "accurate" (multiple_recipes.RECIPES).
+    tolerance : float
+        0: every pixel is evaluated; else the largest second difference, relative to the pixel, that a tile of 8 x 8
+        pixels may carry and still be interpolated between its corners, in [0, 0.1].
     """
 
     method: str = "segments"
@@ -52,6 +56,7 @@ class Quality:
     shadow: str = "cylinder"
     orders: int | str = "all"
     multiple: str = "balanced"
+    tolerance: float = 0.0
 
     def __post_init__(self):
         choice("method", self.method, METHODS)
@@ -64,11 +69,12 @@ class Quality:
         choice("shadow", self.shadow, ("cylinder", "cone"))
         choice("orders", self.orders, (1, "all"))
         choice("multiple", self.multiple, tuple(RECIPES))
+        object.__setattr__(self, "tolerance", number("tolerance", self.tolerance, low=0, high=MAX_TOLERANCE))
 
 
 NAMED = {
     "fast": Quality(nodes=6, depth="analytic"),
-    "balanced": Quality(),
+    "balanced": Quality(depth="analytic"),
     "accurate": Quality(nodes=20, gap_nodes=10, terms=6, multiple="accurate"),
 }
 

@@ -11,7 +11,7 @@ from shadowatmo.eclipse import joint_visibility, visible_fraction
 from shadowatmo.passes.eclipse import Eclipse, eclipse_inputs, shades_the_air
 from shadowatmo.passes.gl.source import compose_source
 from tests.cameras import SUN
-from tests.test_probe import probed
+from tests.test_probe import SINGLE, probed
 
 EARTH = sa.EARTH
 MOON = sa.Occluder(center=(3.7e8, 2e6, 1e6), radius=1.7374e6)
@@ -120,7 +120,7 @@ def test_which_moons_reach_the_air():
 
 def test_single_scattering_of_the_reference_cases(ctx):
     errors = []
-    for case, got in probed(ctx, "eclipse_single", "accurate"):
+    for case, got in probed(ctx, "eclipse_single", SINGLE):
         base = np.array(case["expected"]["single_no_moon"])
         errors.append(np.abs(got["single"] - case["expected"]["single"]) / base.max())
     # 20 nodes and no split at the umbra: relative to the air without a moon
