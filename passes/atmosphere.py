@@ -7,6 +7,7 @@ equality shades exactly the pixels of that class: hardware and software rasteriz
 import math
 
 import moderngl
+import numpy as np
 
 from shadowatmo.passes.base import RenderPass, depth_test
 from shadowatmo.passes.constants import (
@@ -126,10 +127,19 @@ def composite_inputs(view, textures, sun, first) -> tuple[tuple, tuple, tuple]:
 
 
 def sun_disc_uniforms(view, sun) -> dict:
-    """Return the uniforms of sun_disc.glsl: the disc's mean radiance is the irradiance over its solid angle."""
-    sine = sun.radius / sun.distance
+    """Return the uniforms of sun_disc.glsl: the disc's mean radiance is the irradiance over its solid angle.
+
+    The disc stands where the camera sees it, as the moons before it do, which is not quite where all light comes from.
+    """
+    toward = sun.distance * np.array(sun.direction) - view.position
+    distance = float(np.linalg.norm(toward))
+    sine = min(sun.radius / max(distance, 1e-30), 1.0)
     center = 1.0 / (math.pi * sine * sine * (1.0 - sun.limb_darkening / 3.0))
-    return {"u_sun_disc": (sine, sun.limb_darkening, center), "u_pixel_angle": view.pixel_angle}
+    return {
+        "u_sun_disc": (sine, sun.limb_darkening, center),
+        "u_sun_toward": toward / max(distance, 1e-30),
+        "u_pixel_angle": view.pixel_angle,
+    }
 
 
 def segments_method(view):

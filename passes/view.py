@@ -14,6 +14,7 @@ from shadowatmo.shadow import Cone
 from shadowatmo.terminator import night_cone
 
 REVERSED_NEAR = 1e-3  # m, where our reversed depth reaches 1; with a float's range it costs no precision to be so small
+COARSEST, REMOTE_STEP = 2.0**-24, 5e-4  # a float's step; the step, as a share of the air's depth, that is too coarse
 FAR_RADII = 2.0  # distance from the center, in ground radii, beyond which the tangent point comes from the moment
 
 
@@ -58,6 +59,12 @@ class View:
     def is_far(self) -> bool:
         """Whether the tangent point of a ray is better taken from the moment than from the altitude."""
         return self.radius > FAR_RADII * self.scene.atmosphere.bottom_radius
+
+    @cached_property
+    def is_remote(self) -> bool:
+        """Whether a distance from the camera in float32 loses what counts: none then comes from a texture."""
+        published = self.quality.depth_bits == 24
+        return not published and self.radius * COARSEST > REMOTE_STEP * self.scene.atmosphere.thickness
 
     @cached_property
     def is_inside(self) -> bool:

@@ -42,10 +42,10 @@ def cuts_inputs(view, textures, sun) -> tuple[dict, dict, dict]:
     if view.has_terminator(sun):
         defines["HAS_TERMINATOR"] = True
         uniforms |= dusk_uniforms(view.scene.atmosphere)
-    if view.quality.depth == "textures":
+    if view.quality.depth == "textures" and not view.is_remote:
         defines["HAS_DEPTH_TEXTURES"] = True
         samplers |= {f"u_{name}": textures[name] for name in DEPTH_TEXTURES}
-    if "planet_depth" in textures:
+    if "planet_depth" in textures and not view.is_remote:
         defines["HAS_PLANET_DEPTH"] = True
         samplers["u_planet_depth"] = textures["planet_depth"]
     if "host_depth" in textures:

@@ -38,8 +38,7 @@ vec3 disc_radiance(Pixel pixel) {
 #ifdef HAS_MOONS
   hidden = behind_moons(pixel.direction);
 #endif
-  float sine = length(cross(pixel.direction, u_shadow_axis.direction));
-  return u_irradiance * sun_disc(sine, -dot(pixel.direction, u_shadow_axis.direction), hidden);
+  return u_irradiance * sun_disc(pixel.direction, hidden);
 }
 #endif
 
@@ -49,9 +48,9 @@ vec3 disc_radiance(Pixel pixel) {
 Scattered air_radiance(vec2 fragment, Pixel pixel, Ray ray, vec4 cuts) {
   vec3 across = cross(pixel.direction, u_shadow_axis.direction);
   float nu = -dot(pixel.direction, u_shadow_axis.direction);
-  vec2 sun = vec2(-u_shadow_axis.z + ray.start * nu, nu);
+  vec2 sun = vec2(-base_height(pixel, ray, u_shadow_axis, -nu), nu);
 #ifdef HAS_ECLIPSE
-  eclipse_base = u_camera_position + ray.start * pixel.direction;
+  eclipse_base = base_point(pixel, ray, u_camera_position);
   eclipse_direction = pixel.direction;
 #endif
   Scattered air = scatter(ray, sun, dot(across, across), cuts);

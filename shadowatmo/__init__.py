@@ -28,14 +28,17 @@ _LAZY = {  # public name -> module that needs OpenGL, or is large
     "Renderer": "shadowatmo.passes.pipeline",
     "Frame": "shadowatmo.passes.frame",
     "sun_visibility": "shadowatmo.eclipse",
+    "Sky": "shadowatmo.ephemeris",
+    "sky_at": "shadowatmo.ephemeris",
+    "contacts": "shadowatmo.ephemeris",
     "reference": None,  # a module itself
 }
 
 __all__ = [
     "DENSE_EARTH", "EARTH", "MARS", "THIN_EARTH", "TITAN", "TOY_PLANET", "Atmosphere", "Camera", "ContextError",
     "DepthConvention", "Frame", "Occluder", "ParameterError", "PassError", "Quality",
-    "Renderer", "Scene", "ShaderError", "ShadowAtmoError", "Sun", "Surface", "TentLayer",
-    "open_context", "probe", "reference", "sun_visibility",
+    "Renderer", "Scene", "ShaderError", "ShadowAtmoError", "Sky", "Sun", "Surface", "TentLayer",
+    "contacts", "open_context", "probe", "reference", "sky_at", "sun_visibility",
 ]  # fmt: skip
 
 
