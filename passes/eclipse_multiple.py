@@ -20,7 +20,7 @@ from shadowatmo.passes.constants import (
     shadow_cone,
     transmittance_defines,
 )
-from shadowatmo.passes.eclipse import eclipse_inputs, shading_occluders
+from shadowatmo.passes.eclipse import eclipse_inputs, tabled_occluders
 from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.multiple import OUTPUTS, multiple_defines, multiple_samplers, multiple_uniforms, path_defines
 from shadowatmo.quality import Quality
@@ -30,6 +30,7 @@ def ratio_defines(recipe, moons, terms=None) -> dict:
     """Return the defines of eclipse_multiple.glsl; terms: degree of the harmonics that a lookup sums, if not all."""
     sizes = {"RINGS": recipe.rings, "SECTORS": recipe.sectors, "HEIGHTS": recipe.heights, "DEGREE": recipe.degree}
     defines = {f"RATIO_{name}": value for name, value in sizes.items()}
+    defines["OCCLUDERS"] = moons
     defines["RATIO_TERMS"] = recipe.degree if terms is None else terms
     defines["RATIO_SHADE"] = SHADE
     defines["RATIO_NORM_VALUES"] = glsl_array(
@@ -43,7 +44,7 @@ def ratio_defines(recipe, moons, terms=None) -> dict:
 
 def ratio_uniforms(scene, sun, recipe) -> dict:
     """Return the uniforms of eclipse_multiple.glsl for one sun."""
-    frames = [shadow_frame(scene.atmosphere, sun, moon) for moon in shading_occluders(scene, sun)]
+    frames = [shadow_frame(scene.atmosphere, sun, moon) for moon in tabled_occluders(scene, sun)]
     rings = [(f.edge, 1.0 / f.width, f.rings[0], 1.0 / (f.rings[1] - f.rings[0])) for f in frames]
     return {
         "u_ratio_axes": np.array([f.axes for f in frames]),
@@ -61,8 +62,8 @@ def ratio_inputs(scene, sun, textures, recipe, terms=None) -> tuple[dict, dict, 
     texture = textures.get("ratio", {}).get(sun)
     if texture is None:
         return {}, {}, {}
-    defines, uniforms, samplers = eclipse_inputs(scene, sun, textures)
-    defines = {**defines, **ratio_defines(recipe, len(shading_occluders(scene, sun)), terms), "HAS_RATIO": True}
+    defines, uniforms, samplers = eclipse_inputs(sun, textures)
+    defines = {**defines, **ratio_defines(recipe, len(tabled_occluders(scene, sun)), terms), "HAS_RATIO": True}
     return defines, {**uniforms, **ratio_uniforms(scene, sun, recipe)}, {**samplers, "u_ratio": texture}
 
 
@@ -88,13 +89,13 @@ class EclipseMultiple(RenderPass):
                 texture.release()
             self._textures = {}
             for sun in scene.suns:
-                if shading_occluders(scene, sun):
+                if tabled_occluders(scene, sun):
                     self._textures[sun] = self._solve(scene, sun, textures)
             self._key = key
         textures["ratio"] = dict(self._textures)
 
     def _solve(self, scene, sun, textures):
-        recipe, moons = self.recipe, shading_occluders(scene, sun)
+        recipe, moons = self.recipe, tabled_occluders(scene, sun)
         size = (recipe.rings * (recipe.coefficients + 1), recipe.sectors * recipe.heights * len(moons))
         texture = self.own(self.ctx.texture(size, 4, dtype="f4"))
         texture.filter = (self.ctx.LINEAR, self.ctx.LINEAR)
@@ -115,7 +116,7 @@ class _Solve:
     def __init__(self, owner, scene, sun, number, textures):
         self.owner, self.recipe, self.scene, self.sun = owner, owner.recipe, scene, sun
         self.number, self.textures, self.ctx = number, textures, owner.ctx
-        self.moons = shading_occluders(scene, sun)
+        self.moons = tabled_occluders(scene, sun)
         self.grid = RatioGrid(scene.atmosphere, sun, self.moons[number], self.recipe)
 
     def run(self):
@@ -150,7 +151,7 @@ class _Solve:
             "u_moon": self.number,
         }
         if order == 0:
-            moons = eclipse_inputs(self.scene, self.sun, self.textures)
+            moons = eclipse_inputs(self.sun, self.textures)
             band = harmonics.band_coefficients(atmosphere.mie_g, recipe.band)
             defines |= {**moons[0], **path_defines(effort.nodes, 2), "BAND_COUNT": len(band)}
             defines["RATIO_HEIGHTS"] = recipe.heights

@@ -128,7 +128,7 @@ class Planet(RenderPass):
             uniforms |= {**segment_uniforms(atmosphere), **cone_uniforms("u_shadow", view.shadow_cone(sun))}
         defines |= terminator_defines(sun, view.quality)
         uniforms |= terminator_uniforms(sun)
-        moons = eclipse_inputs(view.scene, sun, textures)
+        moons = eclipse_inputs(sun, textures)
         ratio = ratio_inputs(view.scene, sun, textures, RATIO_RECIPES[view.quality.multiple])
         moons = tuple({**a, **b} for a, b in zip(moons, ratio, strict=True))
         samplers |= table_samplers(uniforms, textures)

@@ -6,7 +6,8 @@ from shadowatmo.extremes import closed_form_holds
 from shadowatmo.passes.adaptive import TILE, AdaptiveComposite
 from shadowatmo.passes.atmosphere import AtmosphereComposite
 from shadowatmo.passes.atmosphere_back_depth import AtmosphereBackDepth
-from shadowatmo.passes.eclipse import Eclipse, shading_occluders
+from shadowatmo.passes.cone_depth import ConeDepth, reaching_cones
+from shadowatmo.passes.eclipse import MAX_DISCS, Eclipse, dimming_rings, shading_occluders
 from shadowatmo.passes.eclipse_multiple import EclipseMultiple
 from shadowatmo.passes.eclipse_view import EclipseView
 from shadowatmo.passes.multiple import MultipleScattering
@@ -35,6 +36,8 @@ def warn_of_approximations(scene, quality) -> list[str]:
     found = []
     if hard_terminator(scene, quality):
         found.append(f"disc_at_terminator: {_HARD.format(quality.method)}")
+    if any(len(shading_occluders(scene, sun)) > MAX_DISCS for sun in scene.suns):
+        found.append(f"occluders: beyond {MAX_DISCS} that shade the air, what overlaps before the sun counts twice")
     for message in found:
         log.warning(message)
     return found
@@ -81,7 +84,10 @@ def make_plan(scene, quality) -> Plan:
     moons = {sun: len(shading_occluders(scene, sun)) for sun in scene.suns}
     touched = f"the penumbrae of {max(moons.values())} occluders reach the air"
     untouched = "no occluder's penumbra reaches the air" if scene.occluders else "the scene has no occluders"
-    add(any(moons.values()), Eclipse, touched, untouched)
+    rings = max(len(dimming_rings(scene, sun)) for sun in scene.suns)
+    if rings:
+        touched = f"{touched if any(moons.values()) else untouched}; the shadows of {rings} rings do"
+    add(any(moons.values()) or rings, Eclipse, touched, untouched)
     shaded = any(moons.values()) and every and uses
     why = "what the moons leave of multiple scattering, about the axes of their shadows; made once for their places"
     add(shaded, EclipseMultiple, why, untouched if not any(moons.values()) else unused)
@@ -128,5 +134,18 @@ def make_plan(scene, quality) -> Plan:
     add(not adaptive, AtmosphereComposite, f"{how} ({suns})", tiles, (*AtmosphereComposite.inputs, *inputs))
     if hard_terminator(scene, quality):
         left_out.append(Step("disc_at_terminator", _HARD.format(quality.method)))
+    if any(moons.values()):
+        cones = f"drawn when asked for, the table does the shading: {cones_in_words(scene)}"
+        left_out.append(Step(ConeDepth.name, cones))
     left_out.append(Step(Tonemap.name, "runs when a picture is asked for; frames are scene-linear"))
     return Plan(tuple(steps), tuple(left_out))
+
+
+def cones_in_words(scene) -> str:
+    """Return which occluders have which cones in the air, in the light of each sun."""
+    found = []
+    for number, sun in enumerate(scene.suns):
+        for moon in shading_occluders(scene, sun):
+            cones = ", ".join("penumbra" if c == "outer" else c for c in reaching_cones(scene.atmosphere, sun, moon))
+            found.append(f"{cones} of occluder {scene.occluders.index(moon)} in the light of sun {number}")
+    return "; ".join(found)

@@ -193,13 +193,13 @@ class _Probe:
             defines |= terminator_defines(sun, quality)
             uniforms |= {**terminator_uniforms(sun), **night_uniforms(atmosphere, sun)}
         self.eclipse.draw(self.scene, self.tables)
-        moons = eclipse_inputs(self.scene, sun, self.tables)
+        moons = eclipse_inputs(sun, self.tables)
         defines |= moons[0]
         uniforms |= moons[1]
         textures = {"u_ray": self._texture(ray.x, ray.k, ray.tangent_k, ray.air)}
         textures |= self._axis_textures(axis, self.rays.t_max - ray.start)
         textures |= table_samplers(uniforms, self.tables)
-        if moons[2]:
+        if moons[0]:
             textures |= moons[2]
             textures |= {"u_base": self._texture(*self.base.T), "u_direction": self._texture(*self.rays.directions.T)}
         if quality.method in TABLE_METHODS:

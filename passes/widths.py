@@ -49,12 +49,17 @@ def cuts_inputs(view, textures, sun) -> tuple[dict, dict, dict]:
         defines["HAS_PLANET_DEPTH"] = True
         samplers["u_planet_depth"] = textures["planet_depth"]
     if "host_depth" in textures:
-        depth = view.camera.depth
-        defines |= {"HAS_HOST_DEPTH": True, "CONVENTION": CONVENTIONS.index(depth.kind), **CONVENTION_DEFINES}
-        far = min(depth.far, 3e38)
-        uniforms["u_host_convention"] = (depth.near, far, depth.coefficient, depth.meters_per_unit)
-        samplers["u_host_depth"] = textures["host_depth"]
+        host = host_depth_inputs(view, textures)
+        defines, uniforms, samplers = {**defines, **host[0]}, {**uniforms, **host[1]}, {**samplers, **host[2]}
     return defines, uniforms, samplers
+
+
+def host_depth_inputs(view, textures) -> tuple[dict, dict, dict]:
+    """Return defines, uniforms and samplers that depth.glsl needs to read a host's depth."""
+    depth = view.camera.depth
+    defines = {"HAS_HOST_DEPTH": True, "CONVENTION": CONVENTIONS.index(depth.kind), **CONVENTION_DEFINES}
+    convention = (depth.near, min(depth.far, 3e38), depth.coefficient, depth.meters_per_unit)
+    return defines, {"u_host_convention": convention}, {"u_host_depth": textures["host_depth"]}
 
 
 class Field(RenderPass):

@@ -62,6 +62,10 @@ Scattered air_radiance(vec2 fragment, Pixel pixel, Ray ray, vec4 cuts) {
 #endif
 #ifdef HAS_ECLIPSE_VIEW
   multiple *= eclipse_ratio(fragment, ray, cuts.w, air.visibility);
+#else
+#ifdef HAS_ECLIPSE
+  multiple *= air.visibility;  // rings alone, wide against the paths of scattered light
+#endif
 #endif
   air.radiance += multiple;
 #endif

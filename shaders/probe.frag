@@ -105,6 +105,11 @@ void main() {
   Shaded shaded = gather_shaded(ray, sun, vec4(0.0, from, to, end), aureole_kernel(sun.y), -1);
   out_multiple.rgb *= shaded.with / max(shaded.without, 1.0e-30);
   if (code == 2.0) out_ground_multiple.rgb *= ground_ratio((eclipse_base + end * eclipse_direction) / u_bottom_radius);
+#else
+#ifdef HAS_ECLIPSE
+  out_multiple.rgb *= mean_visibility(sum.light);
+  out_ground_multiple.rgb *= visibility_along(end);
+#endif
 #endif
 #endif
 }

@@ -95,9 +95,13 @@ vec3 ground_radiance(vec3 up, vec3 to_eye, float distance) {
   light *= visible;
   level_light *= visible;
 #endif
-  vec3 left = vec3(1.0);
+  vec3 left = vec3(1.0);  // of skylight
 #ifdef HAS_RATIO
   left = ground_ratio(up);
+#else
+#ifdef HAS_ECLIPSE
+  left = vec3(visible);
+#endif
 #endif
 #ifdef HAS_MULTIPLE
   // A slope sees the part of the sky above it; its light is taken as even over the sky.

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from shadowatmo import intervals, medium
-from shadowatmo.eclipse import joint_visibility
+from shadowatmo.eclipse import visibility
 from shadowatmo.intervals import Interval
 from shadowatmo.parameters import Atmosphere
 from shadowatmo.phase import mie_phase, rayleigh_phase
@@ -174,7 +174,7 @@ def _ground(scene, sun, segments, accuracy):
         light = _disc_light(atmosphere, sun, power, slope, accuracy, horizontal=True)
     else:
         light = cosine[:, None] * _sunlight(atmosphere, sun, power, slope, accuracy)
-    light *= joint_visibility(hits, sun, scene.occluders)[:, None]
+    light *= visibility(hits, sun, scene)[:, None]
     result[rays] = np.array(atmosphere.ground_albedo) / np.pi * light
     return result
 
@@ -185,7 +185,7 @@ def _single(scene, sun, segments, accuracy):
     count = len(segments)
     done = np.zeros((count, 3))
     value = _integrate(scene, sun, segments, accuracy, ray, start, stop)
-    tolerance = accuracy.tolerance if len(scene.occluders) < 2 else max(accuracy.tolerance, 1e-7)
+    tolerance = accuracy.tolerance if len(scene.occluders) < 2 and not scene.rings else max(accuracy.tolerance, 1e-7)
     for halving in range(_MAX_HALVINGS):
         if not ray.size:
             break
@@ -287,9 +287,9 @@ def _panels(scene, sun, segments, accuracy, ray, start, stop):
 
     slope = (segments.anchor[ray] @ direction)[:, None] + s * (segments.direction[ray] @ direction)[:, None]
     light = _sunlight(atmosphere, sun, power.ravel(), slope.ravel(), accuracy).reshape(*s.shape, 3)
-    if scene.occluders:
+    if scene.occluders or scene.rings:
         at = segments.points(s, ray).reshape(-1, 3)
-        light = light * joint_visibility(at, sun, scene.occluders).reshape(*s.shape, 1)
+        light = light * visibility(at, sun, scene).reshape(*s.shape, 1)
     return width * np.einsum("k,pkc->pc", weights, view * source * light)
 
 
