@@ -18,6 +18,7 @@ from shadowatmo.passes.constants import (
 )
 from shadowatmo.passes.eclipse import eclipse_inputs, moon_discs
 from shadowatmo.passes.gl.textures import Target
+from shadowatmo.passes.march import march_method
 from shadowatmo.passes.multiple import multiple_uniforms
 from shadowatmo.passes.multiple_view import view_defines, view_uniforms
 from shadowatmo.passes.table3d import table3d_method
@@ -25,6 +26,7 @@ from shadowatmo.passes.table4d import table4d_method
 from shadowatmo.passes.table_build import inscatter_samplers
 from shadowatmo.passes.table_probe import TABLE_METHODS
 from shadowatmo.passes.transmittance import table_samplers
+from shadowatmo.quality import PATH_METHODS
 
 # by class: no air, one lit piece, one lit piece and a shadow, a shadow between two lit pieces
 CLASS_FEATURES = (
@@ -69,13 +71,13 @@ class AtmosphereComposite(RenderPass):
         method_samplers = table_samplers(method_uniforms, textures)
         if method in TABLE_METHODS:
             method_samplers |= inscatter_samplers(textures)
-        moons = eclipse_inputs(view.scene, sun, textures) if method == "segments" else ({}, {}, {})
+        moons = eclipse_inputs(view.scene, sun, textures) if method in PATH_METHODS else ({}, {}, {})
         if moons[0]:
             method_uniforms |= {"u_camera_position": view.position}
         method_defines, method_uniforms, method_samplers = (
             {**own, **more} for own, more in zip((method_defines, method_uniforms, method_samplers), moons, strict=True)
         )
-        if "multiple_view" in textures and view.quality.method == "segments":
+        if "multiple_view" in textures and view.quality.method in PATH_METHODS:
             method_defines = {**method_defines, **view_defines(view)}
             more = {**multiple_uniforms(view.scene.atmosphere), **view_uniforms(view, sun)}
             method_uniforms = {**method_uniforms, **more}
@@ -133,6 +135,7 @@ def widths_method(view):
 
 
 METHODS = {
+    "march": march_method,
     "segments": segments_method,
     "table3d": table3d_method,
     "table3d-multiple": table3d_method,

@@ -17,6 +17,7 @@ from shadowatmo.passes.tonemap import Tonemap
 from shadowatmo.passes.transmittance import TransmittanceTable
 from shadowatmo.passes.widths import DEPTH_TEXTURES, Widths
 from shadowatmo.plan import Plan, Step
+from shadowatmo.quality import PATH_METHODS
 from shadowatmo.segments import nodes_for
 
 log = logging.getLogger("shadowatmo")
@@ -41,12 +42,12 @@ def make_plan(scene, quality) -> Plan:
         why, reads = reason if wanted else otherwise, inputs or render_pass.inputs
         (steps if wanted else left_out).append(Step(render_pass.name, why, reads, render_pass.outputs))
 
-    table = quality.transmittance == "table" and quality.method != "widths"
-    tabled = "columns come from a table (transmittance='table'), made once"
-    add(table, TransmittanceTable, tabled, "columns have a closed form")
+    why = "the method march steps through it" if quality.method == "march" else "transmittance='table'"
+    tabled = f"columns come from a table ({why}), made once"
+    add(quality.column_table, TransmittanceTable, tabled, "columns have a closed form")
     every = quality.orders == "all"
     uses = [
-        *(["segments adds what is scattered more than once"] if quality.method == "segments" else []),
+        *([f"{quality.method} adds what is scattered more than once"] if quality.method in PATH_METHODS else []),
         *(["the surface reflects skylight"] if scene.surface is not None else []),
     ]
     unused = "nothing needs it" if every else "single scattering alone was asked for (orders=1)"
@@ -75,13 +76,14 @@ def make_plan(scene, quality) -> Plan:
     planet = ("planet_depth",) if any(step.name == "planet" for step in steps) else ()
     suns = f"{len(scene.suns)} suns, once for each" if len(scene.suns) > 1 else "one sun"
     add(True, Widths, f"cuts rays into lit and shadowed widths ({suns})", "", (*depths, *planet))
-    gathered = every and quality.method == "segments"
+    gathered = every and quality.method in PATH_METHODS
     add(gathered, MultipleView, f"gathers multiple scattering for the camera in coarse cells ({suns})", unused)
     background = ("planet_color",) if planet else ()
     nodes = nodes_for(scene.atmosphere, quality.nodes)
     how = {
         "segments": f"single scattering by {nodes} nodes a lit piece, columns from the "
         + ("table" if quality.transmittance == "table" else f"closed form with {quality.terms} terms"),
+        "march": f"single scattering by {quality.steps} uniform steps a path, in the shadow or out of it step by step",
         "table3d": "two lookups a lit piece, single scattering without azimuth",
         "table3d-multiple": "two lookups a lit piece, all orders without azimuth, under the ad-hoc phase",
         "table4d": "two lookups a path, two more where the planet's shadow cuts it",

@@ -6,9 +6,11 @@ from shadowatmo.errors import ParameterError
 from shadowatmo.multiple_recipes import RECIPES
 from shadowatmo.validation import choice, integer
 
-METHODS = ("segments", "table3d", "table3d-multiple", "table4d", "widths")
+METHODS = ("segments", "march", "table3d", "table3d-multiple", "table4d", "widths")
+PATH_METHODS = ("segments", "march")  # sums along the path; multiple scattering is added to them
 DEPTHS = ("textures", "analytic")
 MAX_NODES = 32
+MAX_STEPS = 1024
 
 
 @dataclass(frozen=True)
@@ -18,8 +20,9 @@ class Quality:
     Parameters
     ----------
     method : str
-        "segments": shadow-split quadrature of single scattering; "widths": brightness by lit and shadowed path
-        lengths (the published five-pass method).
+        "segments": shadow-split quadrature of single scattering; "march": uniform steps over the whole path and a
+        table of columns, the usual practice; "table3d", "table3d-multiple", "table4d": published tables of inscatter;
+        "widths": brightness by lit and shadowed path lengths (the published five-pass method).
     nodes : int
         Quadrature nodes of a lit piece of the ray for "segments", in [2, 32].
     gap_nodes : int
@@ -38,6 +41,8 @@ class Quality:
         Shape of the planet's shadow in the frame: "cylinder" for the parallel sun, "cone" for the true umbra.
     orders : int or str
         1: single scattering alone; "all": light scattered more than once too, with the ground's reflections.
+    steps : int
+        Uniform steps of a path for "march", in [1, 1024].
     multiple : str
         Resolution of the table of multiple scattering, "balanced" or "accurate" (multiple_recipes.RECIPES).
     """
@@ -52,6 +57,7 @@ class Quality:
     shadow: str = "cylinder"
     orders: int | str = "all"
     multiple: str = "balanced"
+    steps: int = 32
 
     def __post_init__(self):
         choice("method", self.method, METHODS)
@@ -64,6 +70,12 @@ class Quality:
         choice("shadow", self.shadow, ("cylinder", "cone"))
         choice("orders", self.orders, (1, "all"))
         choice("multiple", self.multiple, tuple(RECIPES))
+        integer("steps", self.steps, low=1, high=MAX_STEPS)
+
+    @property
+    def column_table(self) -> bool:
+        """Whether the table of columns is read; "march" always does, "widths" never."""
+        return self.method == "march" or (self.transmittance == "table" and self.method != "widths")
 
 
 NAMED = {
