@@ -49,7 +49,7 @@ def medium_defines(atmosphere) -> dict:
 
 def transmittance_defines(atmosphere, quality) -> dict:
     """Return the features of transmittance.glsl that a quality asks for."""
-    if quality.transmittance == "table":
+    if quality.column_table:
         return {"HAS_TABLE": True, "HAS_TABLE_MAPPING": True}
     scale_height = max(atmosphere.rayleigh_scale_height, atmosphere.mie_scale_height)
     dense_top = np.exp(-atmosphere.thickness / scale_height) > TOP_DENSITY[quality.terms]

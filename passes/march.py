@@ -1,7 +1,5 @@
 """The method "march": uniform steps over the whole path and a table of columns, the usual practice."""
 
-from dataclasses import replace
-
 from shadowatmo.passes.constants import cone_uniforms, medium_defines, medium_uniforms, transmittance_defines
 from shadowatmo.shadow import cylinder
 
@@ -11,8 +9,7 @@ CLASS_FEATURES = ({}, {"HAS_AIR": True}, *[{"HAS_AIR": True, "HAS_SHADOW": True}
 
 def march_defines(atmosphere, quality) -> dict:
     """Return the defines of march.glsl."""
-    columns = transmittance_defines(atmosphere, replace(quality, transmittance="table"))
-    return {**medium_defines(atmosphere), **columns, "STEPS": quality.steps}
+    return {**medium_defines(atmosphere), **transmittance_defines(atmosphere, quality), "STEPS": quality.steps}
 
 
 def march_uniforms(atmosphere) -> dict:

@@ -4,8 +4,6 @@ Distances and everything that the air and the shadow axes need of a ray are take
 here (shadowatmo.ray, shadowatmo.shadow); from there on the shaders do in float32 what they do for a pixel.
 """
 
-from dataclasses import replace
-
 import numpy as np
 
 from shadowatmo import shadow
@@ -93,8 +91,7 @@ class _Probe:
     """One call of `probe`: the textures that carry its rays, and what was read back."""
 
     def __init__(self, ctx, scene, rays, quality):
-        self.ctx, self.scene, self.rays = ctx, scene, rays
-        self.quality = replace(quality, transmittance="table") if quality.column_table else quality
+        self.ctx, self.scene, self.rays, self.quality = ctx, scene, rays, quality
         self.count = len(rays)
         self.size = (max(1, min(self.count, COLUMNS)), max(1, -(-self.count // COLUMNS)))
         self.ray = ray_from_points(scene.atmosphere, rays.origins, rays.directions)

@@ -92,3 +92,11 @@ def test_multiple_scattering_is_added_as_to_segments(ctx):
 def test_steps_are_checked(steps):
     with pytest.raises(sa.ParameterError, match="steps"):
         Quality(steps=steps)
+
+
+def test_a_surface_is_lit_through_the_same_table(ctx):
+    scene = sa.Scene(suns=SUN, surface=sa.Surface())
+    with sa.Renderer(ctx, scene, (16, 9), Quality(method="march"), cache=False) as renderer:
+        marched = renderer.render(CAMERAS["10 km, low sun"]).numpy()
+    with sa.Renderer(ctx, scene, (16, 9), "balanced", cache=False) as renderer:
+        assert np.allclose(renderer.render(CAMERAS["10 km, low sun"]).numpy(), marched, rtol=0.2)  # 32 steps

@@ -1,0 +1,68 @@
+"""The points of the curve of speed against error: the qualities that the report measures and a budget chooses among."""
+
+from dataclasses import asdict, fields
+
+from shadowatmo.quality import METHODS, NAMED, Quality
+
+NODES = (3, 4, 5, 6, 8, 10, 12, 16, 20, 24)  # of "segments"
+STEPS = (8, 16, 32, 64, 128)  # of "march"
+
+
+def candidates(fast=False) -> dict[str, Quality]:
+    """Return qualities by name: the presets first, then each method with its axes one at a time.
+
+    Parameters
+    ----------
+    fast : bool
+        Leave out what only makes the curve finer.
+    """
+    found = dict(NAMED)
+    for nodes in NODES if not fast else (4, 12):
+        for multiple in ("balanced", "accurate") if not fast else ("balanced",):
+            terms = 4 if nodes < 12 else 6
+            effort = {"nodes": nodes, "gap_nodes": max(2, nodes // 2), "terms": terms, "multiple": multiple}
+            _add(found, Quality(depth="analytic", **effort))
+    _add(found, Quality(nodes=8, terms=6, depth="analytic"))
+    _add(found, Quality(nodes=8, transmittance="table", depth="analytic"))
+    for steps in STEPS if not fast else (16, 64):
+        _add(found, Quality(method="march", steps=steps, depth="analytic"))
+    for method in METHODS:
+        if method not in ("segments", "march"):
+            _add(found, Quality(method=method, depth="analytic"))
+    _add(found, Quality())
+    _add(found, Quality(depth_bits=24))
+    if not fast:
+        for method in METHODS[1:]:
+            _add(found, Quality(method=method))
+        _add(found, Quality(method="widths", depth_bits=24))
+    return found
+
+
+def _add(found, quality):
+    if quality not in found.values():
+        found[describe(quality)] = quality
+
+
+def changed_fields(quality) -> dict:
+    """Return the fields of a quality that differ from the defaults, as JSON can hold them."""
+    plain = Quality()
+    return {name: value for name, value in asdict(quality).items() if value != getattr(plain, name)}
+
+
+def from_fields(changes) -> Quality:
+    """Return the quality of `changed_fields`."""
+    known = {field.name for field in fields(Quality)}
+    return Quality(**{name: value for name, value in changes.items() if name in known})
+
+
+def describe(quality) -> str:
+    """Return a short name that tells the candidates apart."""
+    parts = [quality.method]
+    if quality.method == "segments":
+        parts += [f"{quality.nodes}+{quality.gap_nodes} nodes", f"{quality.terms} terms"]
+        parts += ["table"] if quality.transmittance == "table" else []
+        parts += ["fine"] if quality.multiple == "accurate" else []
+    if quality.method == "march":
+        parts.append(f"{quality.steps} steps")
+    parts.append(quality.depth if quality.depth_bits == 32 else "24 bits")
+    return ", ".join(parts)
