@@ -128,10 +128,14 @@ def widths_method(view):
     A brightness of 1, white on the published display, is that of a white wall in the sun.
     """
     nearest, farthest = view.air_range
-    blue = max(view.scene.atmosphere.rayleigh_scattering) or 1.0
-    color = [math.sqrt(c / blue) / math.pi for c in view.scene.atmosphere.rayleigh_scattering]
-    uniforms = {"u_air_color": (*color, WIDTHS_OPACITY), "u_range": farthest - nearest}
+    uniforms = {"u_air_color": published_color(view.scene.atmosphere), "u_range": farthest - nearest}
     return {"HAS_WIDTHS": True}, uniforms, ({}, *[{"HAS_AIR": True}] * (len(CLASS_FEATURES) - 1))
+
+
+def published_color(atmosphere) -> tuple[float, float, float, float]:
+    """Return color and opacity of a unit of brightness for the method "widths"."""
+    blue = max(atmosphere.rayleigh_scattering) or 1.0
+    return *(math.sqrt(c / blue) / math.pi for c in atmosphere.rayleigh_scattering), WIDTHS_OPACITY
 
 
 METHODS = {

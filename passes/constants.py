@@ -30,7 +30,7 @@ def medium_uniforms(atmosphere) -> dict:
         "u_mie_scattering": atmosphere.mie_scattering,
         "u_mie_extinction": atmosphere.mie_extinction,
     }
-    if atmosphere.ozone is not None:
+    if "HAS_OZONE" in medium_defines(atmosphere):
         uniforms["u_ozone_extinction"] = atmosphere.ozone.extinction
         uniforms["u_ozone_k"] = ozone_levels(atmosphere)
         uniforms["u_ozone_ramps"] = ozone_ramps(atmosphere)
@@ -44,7 +44,9 @@ def segment_uniforms(atmosphere) -> dict:
 
 def medium_defines(atmosphere) -> dict:
     """Return the features of medium.glsl that an atmosphere asks for."""
-    return {"HAS_OZONE": True} if atmosphere.ozone is not None and any(atmosphere.ozone.extinction) else {}
+    ozone = atmosphere.ozone is not None and any(atmosphere.ozone.extinction)
+    features = {"HAS_OZONE": ozone, "HAS_NO_AEROSOLS": not any(atmosphere.mie_extinction)}
+    return {name: True for name, wanted in features.items() if wanted}
 
 
 def transmittance_defines(atmosphere, quality) -> dict:

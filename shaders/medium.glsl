@@ -12,7 +12,13 @@ uniform vec3 u_ozone_ramps;       // 1/m^2: change of its slope over k there
 #endif
 
 // Relative densities (molecules, aerosols) at an altitude [m]; below the ground they stay what they are on it.
-vec2 densities(float altitude) { return exp(-max(altitude, 0.0) / u_scale_height); }
+vec2 densities(float altitude) {
+#ifdef HAS_NO_AEROSOLS
+  return vec2(exp(-max(altitude, 0.0) / u_scale_height.x), 0.0);  // the constant lets the driver drop what it multiplies
+#else
+  return exp(-max(altitude, 0.0) / u_scale_height);
+#endif
+}
 
 // Optical depth (3 channels) of columns [m at altitude 0]: molecules, aerosols, and ozone [m at its peak].
 vec3 optical_depth(vec3 columns) {

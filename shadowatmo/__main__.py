@@ -1,4 +1,4 @@
-"""The command line: `shadowatmo render` makes one picture, `shadowatmo check` says whether this machine can."""
+"""The command line: `render` makes one picture, `check` says whether this machine can, `report` how fast and exact."""
 
 import argparse
 import math
@@ -15,6 +15,7 @@ from shadowatmo.errors import ParameterError
 from shadowatmo.options import Parser, ProgressBar, numbers, run, size
 from shadowatmo.places import bearing, place
 from shadowatmo.quality import METHODS, NAMED, as_quality
+from shadowatmo.report_command import add_report
 from shadowatmo.validation import number, vector
 from shadowatmo.worlds import WORLDS, world
 
@@ -26,6 +27,7 @@ Pictures of planets through their atmospheres, with the shadow of the planet in 
                     --sun-azimuth 270 --sun-elevation 2 -o sunset.png
   shadowatmo render --scene mars --altitude 3e5 -o mars.png
   shadowatmo check                                     does OpenGL work here?
+  shadowatmo report --fast                             how fast and how exact is each method here?
 """
 PLACES = """\
 Lengths are metres, angles degrees. The planet's center is the origin, longitude 0 lies on +x, 90 E on +y, the north
@@ -47,7 +49,7 @@ def build_parser() -> argparse.ArgumentParser:
     render.set_defaults(action=_render)
     check = commands.add_parser("check", help="versions, OpenGL, data files, one tiny frame; exit status 0 or 1")
     check.set_defaults(action=_check)
-    for command in (render, check):
+    for command in (render, check, add_report(commands)):
         command.add_argument("--debug", action="store_true", help="show the traceback of an error")
     return parser
 

@@ -17,14 +17,15 @@ def candidates(fast=False) -> dict[str, Quality]:
         Leave out what only makes the curve finer.
     """
     found = dict(NAMED)
-    for nodes in NODES if not fast else (4, 12):
+    for nodes in NODES if not fast else (4,):
         for multiple in ("balanced", "accurate") if not fast else ("balanced",):
             terms = 4 if nodes < 12 else 6
             effort = {"nodes": nodes, "gap_nodes": max(2, nodes // 2), "terms": terms, "multiple": multiple}
             _add(found, Quality(depth="analytic", **effort))
-    _add(found, Quality(nodes=8, terms=6, depth="analytic"))
-    _add(found, Quality(nodes=8, transmittance="table", depth="analytic"))
-    for steps in STEPS if not fast else (16, 64):
+    if not fast:
+        _add(found, Quality(nodes=8, terms=6, depth="analytic"))
+        _add(found, Quality(nodes=8, transmittance="table", depth="analytic"))
+    for steps in STEPS if not fast else (32,):
         _add(found, Quality(method="march", steps=steps, depth="analytic"))
     for method in METHODS:
         if method not in ("segments", "march"):

@@ -68,4 +68,16 @@ RECIPES = {
         later=Effort(8, 6, 12, 6, 3),
         orders=6,
     ),
+    # what the report judges the others by: half as fine again and more along every axis
+    "truth": Recipe(
+        heights=24,
+        suns=64,
+        polar=32,
+        azimuths=16,
+        degree=12,
+        band=16,
+        first=Effort(16, 12, 20, 12, 6),
+        later=Effort(12, 8, 16, 8, 4),
+        orders=8,
+    ),
 }

@@ -44,7 +44,8 @@ class Quality:
     steps : int
         Uniform steps of a path for "march", in [1, 1024].
     multiple : str
-        Resolution of the table of multiple scattering, "balanced" or "accurate" (multiple_recipes.RECIPES).
+        Resolution of the table of multiple scattering, "balanced", "accurate", or "truth", by which the report judges
+        the others (multiple_recipes.RECIPES).
     """
 
     method: str = "segments"

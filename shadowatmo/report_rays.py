@@ -1,8 +1,8 @@
 """The rays and cameras that the report judges every method with: the same for all, fixed and seeded.
 
-A set is a kind of situation: where the eye is, how high the sun stands, what ends the rays. Half of its rays come from a
-fixed lattice (an additive recurrence, the same in every run), half from a seeded generator. One scene has one sun, so a
-set is a handful of scenes with their rays.
+A set is a kind of situation: where the eye is, how high the sun stands, what ends the rays. Half of its rays come from
+a fixed lattice (an additive recurrence, the same in every run), half from a seeded generator. One scene has one sun, so
+a set is a handful of scenes with their rays.
 """
 
 import math
