@@ -94,4 +94,4 @@ def make_plan(scene, quality) -> Plan:
     if any(sun.disc_at_terminator for sun in scene.suns):
         left_out.append(Step("disc_at_terminator", "the planet's shadow is drawn hard"))
     left_out.append(Step(Tonemap.name, "runs when a picture is asked for; frames are scene-linear"))
-    return Plan(tuple(steps), tuple(left_out))
+    return Plan(tuple(steps), tuple(left_out), quality.budget)

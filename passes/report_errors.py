@@ -33,13 +33,13 @@ class Truth:
         return self.single if orders == 1 or self.multiple is None else self.single + self.multiple
 
 
-def true_light(ctx, shot) -> Truth:
-    """Return the truth of the rays of a Shot."""
+def true_light(ctx, shot, multiple=True) -> Truth:
+    """Return the truth of the rays of a Shot; without `multiple` that of single scattering alone."""
     rays = shot.origins, shot.directions, shot.t_max
     twin = reference.probe(shot.scene, *rays)
-    shaded = bool(shot.scene.occluders)
-    multiple = None if shaded else probe(ctx, shot.scene, *rays, quality=TRUTH_OF_MULTIPLE).multiple
-    return Truth(twin.single, multiple, twin.transmittance)
+    wanted = multiple and not shot.scene.occluders
+    more = probe(ctx, shot.scene, *rays, quality=TRUTH_OF_MULTIPLE).multiple if wanted else None
+    return Truth(twin.single, more, twin.transmittance)
 
 
 class ProbeErrors:
@@ -55,10 +55,10 @@ class ProbeErrors:
         self.ctx, self.sets = ctx, sets
         self._truth, self._multiple, self._counted = {}, {}, {}
 
-    def prepare(self, ray_set) -> None:
-        """Work out the truth of a set."""
+    def prepare(self, ray_set, multiple=True) -> None:
+        """Work out the truth of a set, or without `multiple` of its single scattering alone."""
         for shot in ray_set.shots:
-            self._truth[shot] = true_light(self.ctx, shot)
+            self._truth[shot] = true_light(self.ctx, shot, multiple)
 
     def judge(self, quality, ray_set) -> dict:
         """Return the statistics of a candidate in a set: of its light by orders, against the maximum, of transmittance.
@@ -69,7 +69,7 @@ class ProbeErrors:
         counted = self._counted.setdefault(quality, {1: [], "all": []})
         for shot in ray_set.shots:
             truth = self._truth[shot]
-            single, multiple, transmittance = self._light(quality, shot)
+            single, multiple, transmittance = self._light(quality, shot, truth.multiple is not None)
             clear = np.abs(transmittance - truth.transmittance).max(axis=1)
             alone, _ = ray_errors(single, truth.light(1))
             every, frame = ray_errors(single + multiple if truth.multiple is not None else single, truth.light("all"))
@@ -81,25 +81,28 @@ class ProbeErrors:
             counted["all"].append(budget_errors(every, clear))
         return {name: statistics(np.concatenate(parts)) for name, parts in found.items()}
 
-    def budget(self, quality) -> dict:
-        """Return the statistics of what budgets count of a candidate, over all sets judged, by orders."""
-        names = {1: "single", "all": "all"}
-        return {names[orders]: statistics(np.concatenate(parts)) for orders, parts in self._counted[quality].items()}
+    def counted(self, quality, orders) -> np.ndarray:
+        """Return what budgets count of a candidate's rays, in all sets judged (N,)."""
+        return np.concatenate(self._counted[quality][orders])
 
-    def _light(self, quality, shot):
-        """Return single, multiple and transmittance (N, 3) of a candidate."""
+    def budget(self, quality) -> dict:
+        """Return the statistics of `counted` by orders."""
+        return {name: statistics(self.counted(quality, orders)) for name, orders in (("single", 1), ("all", "all"))}
+
+    def _light(self, quality, shot, with_multiple):
+        """Return single, multiple (0 where not asked for) and transmittance (N, 3) of a candidate."""
         rays = shot.origins, shot.directions, shot.t_max
         if quality.method == "widths":
             return self._widths(shot, rays)
         if quality.method in PATH_METHODS:
             alone = probe(self.ctx, shot.scene, *rays, quality=replace(quality, orders=1))
-            return alone.single, self._path_multiple(quality.multiple, shot, rays), alone.transmittance
+            none = np.zeros_like(alone.single)
+            more = self._path_multiple(quality.multiple, shot, rays) if with_multiple else none
+            return alone.single, more, alone.transmittance
         light = probe(self.ctx, shot.scene, *rays, quality=quality)
         return light.single, light.multiple, light.transmittance
 
     def _path_multiple(self, recipe, shot, rays):
-        if shot.scene.occluders:
-            return np.zeros((len(shot.origins), 3))
         key = recipe, shot
         if key not in self._multiple:
             quality = Quality(multiple=recipe, **GATHER)

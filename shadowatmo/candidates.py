@@ -1,6 +1,6 @@
 """The points of the curve of speed against error: the qualities that the report measures and a budget chooses among."""
 
-from dataclasses import asdict, fields
+from dataclasses import fields
 
 from shadowatmo.quality import METHODS, NAMED, Quality
 
@@ -47,13 +47,13 @@ def _add(found, quality):
 def changed_fields(quality) -> dict:
     """Return the fields of a quality that differ from the defaults, as JSON can hold them."""
     plain = Quality()
-    return {name: value for name, value in asdict(quality).items() if value != getattr(plain, name)}
+    names = [field.name for field in fields(Quality) if field.init]
+    return {name: getattr(quality, name) for name in names if getattr(quality, name) != getattr(plain, name)}
 
 
 def from_fields(changes) -> Quality:
     """Return the quality of `changed_fields`."""
-    known = {field.name for field in fields(Quality)}
-    return Quality(**{name: value for name, value in changes.items() if name in known})
+    return Quality(**changes)
 
 
 def describe(quality) -> str:

@@ -1,6 +1,6 @@
 """Effort, apart from physics: which method, how many nodes, which depth, and the named points "fast" to "accurate"."""
 
-from dataclasses import dataclass
+from dataclasses import InitVar, dataclass, field, fields
 
 from shadowatmo.errors import ParameterError
 from shadowatmo.multiple_recipes import RECIPES
@@ -15,7 +15,12 @@ MAX_STEPS = 1024
 
 @dataclass(frozen=True)
 class Quality:
-    """How a frame is computed.
+    """How a frame is computed: field by field, or by a budget.
+
+    `Quality(error=0.01)` is the cheapest measured quality that keeps an error, `Quality(cost=20)` the most accurate one
+    at a cost (shadowatmo.budget). Fields given beside a budget are kept: it chooses among the measured qualities that
+    have them. What comes out is a quality like any other, equal to one that was spelled out; `budget` says why it was
+    chosen, until `dataclasses.replace` makes another of it.
 
     Parameters
     ----------
@@ -46,6 +51,20 @@ class Quality:
     multiple : str
         Resolution of the table of multiple scattering, "balanced", "accurate", or "truth", by which the report judges
         the others (multiple_recipes.RECIPES).
+    error : float, optional
+        Budget: relative error of light, absolute error of transmittance, that 95 of 100 rays keep; > 0.
+    cost : float, optional
+        Budget: full-screen copies that a frame takes at most, > 0. Give `error` or `cost`.
+
+    Attributes
+    ----------
+    budget : str
+        What a budget chose, and why; empty without one.
+
+    Raises
+    ------
+    ParameterError
+        If a field is out of range, or no measured quality keeps the budget with the fields given.
     """
 
     method: str = "segments"
@@ -59,8 +78,21 @@ class Quality:
     orders: int | str = "all"
     multiple: str = "balanced"
     steps: int = 32
+    error: InitVar[float | None] = None
+    cost: InitVar[float | None] = None
+    budget: str = field(default="", init=False, compare=False, repr=False)
 
-    def __post_init__(self):
+    def __new__(cls, *args, **given):
+        """Remember which fields the caller names beside a budget: defaults are no wishes."""
+        made = super().__new__(cls)
+        if given.get("error") is not None or given.get("cost") is not None:
+            named = {f.name for f in fields(cls)[: len(args)]} | given.keys() - {"error", "cost"}
+            object.__setattr__(made, "_named", named)
+        return made
+
+    def __post_init__(self, error, cost):
+        if error is not None or cost is not None:
+            self._keep_budget(error, cost)
         choice("method", self.method, METHODS)
         integer("nodes", self.nodes, low=2, high=MAX_NODES)
         integer("gap_nodes", self.gap_nodes, low=2, high=MAX_NODES)
@@ -72,6 +104,15 @@ class Quality:
         choice("orders", self.orders, (1, "all"))
         choice("multiple", self.multiple, tuple(RECIPES))
         integer("steps", self.steps, low=1, high=MAX_STEPS)
+
+    def _keep_budget(self, error, cost):
+        """Take the fields of the measured quality that a budget chooses."""
+        from shadowatmo.budget import choose  # it reads the curve, which is made of qualities
+
+        choice_ = choose(error, cost, {name: getattr(self, name) for name in self._named})
+        object.__delattr__(self, "_named")
+        for name, value in {**choice_.fields, "budget": choice_.reason}.items():
+            object.__setattr__(self, name, value)
 
     @property
     def column_table(self) -> bool:

@@ -71,10 +71,15 @@ def mean_cost(candidate) -> float:
     return sum(candidate["cost"].values()) / len(candidate["cost"])
 
 
-def typical_error(candidate, name="all", statistic="p99") -> float:
-    """Return a statistic of a candidate's errors, the median over sets of rays: what a picture plots."""
-    values = sorted(errors[name][statistic] for errors in candidate["errors"].values())
-    return values[len(values) // 2]
+def typical_error(candidate, kind="errors", name="all", statistic="p99") -> float:
+    """Return a statistic of a candidate in the middle kind of rays ("errors") or camera ("frames"); nan without any."""
+    values = sorted(errors[name][statistic] for errors in candidate[kind].values())
+    return values[len(values) // 2] if values else float("nan")
+
+
+def plotted_error(candidate, statistic="p99") -> float:
+    """Return what a picture plots: the typical error of rays or of frames, whichever is larger."""
+    return max(typical_error(candidate, kind, statistic=statistic) for kind in ("errors", "frames"))
 
 
 def front(points) -> list[int]:

@@ -39,6 +39,7 @@ GROUND = {  # metric: field of the probe, of the case, and its standard error
 }
 DISC_DISTANCE = 1.496e11  # m, of a disc sun whose case gives its angular radius alone
 RELATIVE_FLOOR, LEAST = 1e-4, 1e-12
+NOT_FINITE = 1e30  # the error of a value that is not; percentiles cannot pass between infinities
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,9 +169,9 @@ def _ground_errors(kind, expected, result, index):
 
 
 def _beyond(got, want, spread):
-    """Return absolute errors (3,) beyond three standard errors; inf where nothing finite was found."""
+    """Return absolute errors (3,) beyond three standard errors."""
     return [_finite(max(error, 0.0)) for error in np.abs(got - np.array(want)) - 3.0 * spread]
 
 
 def _finite(error) -> float:
-    return float(error) if np.isfinite(error) else math.inf
+    return float(error) if np.isfinite(error) else NOT_FINITE

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from shadowatmo.report import front, mean_cost, typical_error
+from shadowatmo.report import front, mean_cost, plotted_error
 
 COLORS = {
     "segments": "#0072b2", "march": "#d55e00", "table3d": "#009e73", "table3d-multiple": "#56b4e9",
@@ -33,7 +33,7 @@ def speed_error_figure(report, statistic="p99"):
     for c in report["candidates"]:
         method = c["fields"].get("method", "segments")
         depth = "24 bits" if c["fields"].get("depth_bits") == 24 else c["fields"].get("depth", "textures")
-        x, y = mean_cost(c), float(np.clip(typical_error(c, "all", statistic), LEAST, LARGEST))
+        x, y = mean_cost(c), float(np.clip(plotted_error(c, statistic), LEAST, LARGEST))
         points.append((x, y))
         axes.plot(x, 100 * y, MARKERS[depth], color=COLORS[method], markersize=6, alpha=0.85)
         if c["name"] in ("fast", "balanced", "accurate"):
@@ -48,7 +48,11 @@ def speed_error_figure(report, statistic="p99"):
         axes.plot([], [], marker, color="black", fillstyle="none", label=f"depth: {depth}")
     axes.plot([], [], "-", color="#444444", lw=1, label="best")
     axes.set(xscale="log", yscale="log", xlabel="cost of a frame [full-screen copies, mean of the cameras]")
-    axes.set_ylabel(f"error of single + multiple [%, {statistic} of the middle kind of rays]")
+    axes.set_ylabel(f"error of single + multiple [%, {statistic} in the middle set of rays or frame]", fontsize=9)
+    axes.set_xlim(0.9 * min(x for x, _ in points), 1.25 * max(x for x, _ in points))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_formatter("{x:g}")
     axes.grid(which="both", alpha=0.2)
     axes.legend(fontsize=8, ncols=2)
     size = "x".join(map(str, report["options"]["size"]))

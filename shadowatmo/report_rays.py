@@ -151,11 +151,11 @@ def _shot(kind, u, zenith, offset) -> Shot:
 
 
 def _moons(kind, toward, offset):
-    """Return the moon whose shadow's axis passes within 3000 km of the eye."""
+    """Return the moon whose shadow's axis passes within 2500 km of the eye, the closer the more often."""
     if not kind.moon:
         return ()
     across = np.array([toward[2], 0.0, -toward[0]])
-    distance, angle = 3e6 * math.sqrt(offset[0]), 2.0 * math.pi * offset[1]
+    distance, angle = 2.5e6 * offset[0] ** 2, 2.0 * math.pi * offset[1]
     aside = distance * (math.cos(angle) * across + math.sin(angle) * np.array([0.0, 1.0, 0.0]))
     center = MOON_DISTANCE * toward + np.array([0.0, 0.0, kind.atmosphere.bottom_radius]) + aside
     return (Occluder(tuple(center), MOON_RADIUS),)

@@ -1,6 +1,6 @@
 """The report as text: tables for the terminal, and for a page."""
 
-from shadowatmo.report import beaten, front, mean_cost
+from shadowatmo.report import beaten, front, mean_cost, plotted_error, typical_error
 from shadowatmo.report_errors import FLOOR
 
 MEGABYTE = 2.0**20
@@ -16,15 +16,10 @@ def percent(error) -> str:
     return f"{value:.2g}" if value < 99.5 else f"{value:.0f}" if value < 1e5 else f"{value:.0e}"
 
 
-def _middle(candidate, kind, name, statistic) -> float:
-    values = sorted(errors[name][statistic] for errors in candidate[kind].values())
-    return values[len(values) // 2] if values else float("nan")
-
-
 def candidate_rows(report) -> tuple[list[str], list[list[str]]]:
     """Return heading and rows of the table of candidates, cheapest first, the best front marked."""
     shown = sorted(report["candidates"], key=mean_cost)
-    best = {shown[i]["name"] for i in front([(mean_cost(c), _middle(c, "errors", "all", "p99")) for c in shown])}
+    best = {shown[i]["name"] for i in front([(mean_cost(c), plotted_error(c)) for c in shown])}
     cameras = list(shown[0]["cost"])
     heading = ["", "candidate", *cameras[:2], "mean", "tables", "MiB", "cold s"]
     heading += ["light median", "p95", "p99", "frames p99", "single p99", "T p99"]
@@ -34,9 +29,9 @@ def candidate_rows(report) -> tuple[list[str], list[list[str]]]:
         rows.append([
             "*" if c["name"] in best else "", c["name"], *(f"{c['cost'][camera]:.1f}" for camera in cameras[:2]),
             f"{mean_cost(c):.1f}", f"{c['table_cost']:.0f}", f"{c['memory'] / MEGABYTE:.0f}", cold,
-            *(percent(_middle(c, "errors", "all", s)) for s in ("median", "p95", "p99")),
-            percent(_middle(c, "frames", "all", "p99")), percent(_middle(c, "errors", "single", "p99")),
-            percent(_middle(c, "errors", "transmittance", "p99")),
+            *(percent(typical_error(c, "errors", "all", s)) for s in ("median", "p95", "p99")),
+            percent(typical_error(c, "frames")), percent(typical_error(c, "errors", "single", "p99")),
+            percent(typical_error(c, "errors", "transmittance", "p99")),
         ])  # fmt: skip
     return heading, rows
 
