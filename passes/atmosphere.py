@@ -23,6 +23,7 @@ from shadowatmo.passes.multiple import multiple_uniforms
 from shadowatmo.passes.multiple_view import view_defines, view_uniforms
 from shadowatmo.passes.table3d import table3d_method
 from shadowatmo.passes.table4d import table4d_method
+from shadowatmo.passes.table4d_view import VIEW_TEXTURES
 from shadowatmo.passes.table_build import inscatter_samplers
 from shadowatmo.passes.table_probe import TABLE_METHODS
 from shadowatmo.passes.transmittance import table_samplers
@@ -71,6 +72,9 @@ class AtmosphereComposite(RenderPass):
         method_samplers = table_samplers(method_uniforms, textures)
         if method in TABLE_METHODS:
             method_samplers |= inscatter_samplers(textures)
+        if "view_inscatter" in textures:
+            method_defines = {**method_defines, "HAS_TABLE4D_VIEW": True}
+            method_samplers |= {f"u_{name}": textures[name] for name in VIEW_TEXTURES}
         moons = eclipse_inputs(view.scene, sun, textures) if method in PATH_METHODS else ({}, {}, {})
         if moons[0]:
             method_uniforms |= {"u_camera_position": view.position}

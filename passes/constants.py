@@ -26,6 +26,7 @@ def medium_uniforms(atmosphere) -> dict:
     uniforms = {
         **air_uniforms(atmosphere),
         "u_scale_height": (atmosphere.rayleigh_scale_height, atmosphere.mie_scale_height),
+        "u_falloff": (1.0 / atmosphere.rayleigh_scale_height, 1.0 / atmosphere.mie_scale_height),
         "u_rayleigh_scattering": atmosphere.rayleigh_scattering,
         "u_mie_scattering": atmosphere.mie_scattering,
         "u_mie_extinction": atmosphere.mie_extinction,

@@ -19,6 +19,7 @@ from shadowatmo.passes.planet import Planet
 from shadowatmo.passes.planning import make_plan, warn_of_approximations
 from shadowatmo.passes.shadow_back_depth import ShadowBackDepth
 from shadowatmo.passes.shadow_front_depth import ShadowFrontDepth
+from shadowatmo.passes.table4d_view import Table4DView
 from shadowatmo.passes.table_probe import make_table, method_orders
 from shadowatmo.passes.tables import TableKeeper
 from shadowatmo.passes.tonemap import Tonemap
@@ -104,6 +105,7 @@ class Renderer:
             "transmittance": lambda: TransmittanceTable(self.ctx),
             "table3d": self._make_inscatter,
             "table4d": self._make_inscatter,
+            "table4d_view": lambda: Table4DView(self.ctx),
             "multiple": self._make_multiple,
             "multiple_view": lambda: MultipleView(self.ctx, self.size),
             "eclipse": lambda: Eclipse(self.ctx),
@@ -217,6 +219,8 @@ class Renderer:
             for name in ("shadow_back_depth", "shadow_front_depth", "widths"):
                 if name in self._passes:
                     self._passes[name].draw(view, textures, sun)
+            if "table4d_view" in self._passes:
+                self._passes["table4d_view"].draw(view, textures, sun)
             if "multiple_view" in self._passes and "multiple_table" in textures:
                 self._passes["multiple_view"].draw(view, textures, sun, RECIPES[self.quality.multiple])
             self._passes["atmosphere"].draw(view, textures, sun, first=place == 0)

@@ -12,6 +12,7 @@ from shadowatmo.passes.shadow_back_depth import ShadowBackDepth
 from shadowatmo.passes.shadow_front_depth import ShadowFrontDepth
 from shadowatmo.passes.table3d import METHOD_TABLES, Table3D
 from shadowatmo.passes.table4d import Table4D
+from shadowatmo.passes.table4d_view import Table4DView
 from shadowatmo.passes.table_probe import method_orders
 from shadowatmo.passes.tonemap import Tonemap
 from shadowatmo.passes.transmittance import TransmittanceTable
@@ -76,6 +77,8 @@ def make_plan(scene, quality) -> Plan:
     planet = ("planet_depth",) if any(step.name == "planet" for step in steps) else ()
     suns = f"{len(scene.suns)} suns, once for each" if len(scene.suns) > 1 else "one sun"
     add(True, Widths, f"cuts rays into lit and shadowed widths ({suns})", "", (*depths, *planet))
+    if quality.method == "table4d":
+        add(True, Table4DView, f"the table at the camera's height and under its sun, inside the air ({suns})", "")
     gathered = every and quality.method in PATH_METHODS
     add(gathered, MultipleView, f"gathers multiple scattering for the camera in coarse cells ({suns})", unused)
     background = ("planet_color",) if planet else ()

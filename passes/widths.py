@@ -26,6 +26,8 @@ class Widths(RenderPass):
         defines = {**view.defines()}
         uniforms = {**view.depth_uniforms(), **view.shadow_uniforms(sun)}
         samplers = {}
+        if view.quality.method == "table4d" and "inscatter" in textures:
+            defines["HAS_OPEN_CLASS"] = True
         if view.quality.depth == "textures":
             defines["HAS_DEPTH_TEXTURES"] = True
             samplers |= {f"u_{name}": textures[name] for name in DEPTH_TEXTURES}

@@ -3,7 +3,8 @@
 //
 // Written are the distance [m] from the camera to the solid, inf for none, and then cuts as distances [m] from the ray's
 // base point: where the shadow begins and ends, and the far end. The class that goes to the depth buffer selects the
-// shader that draws the pixel: 0 no air, 1 lit, 2 one lit piece and a shadow, 3 a shadow between two lit pieces.
+// shader that draws the pixel: 0 no air, 1 lit, 2 one lit piece and a shadow, 3 a shadow between two lit pieces, and where
+// the method asks for it (HAS_OPEN_CLASS) 4 lit out to the top of the air.
 
 #include "depth.glsl"
 
@@ -58,6 +59,9 @@ void main() {
   bool any_shadow = to > from;
   bool two_pieces = any_shadow && from > 0.0 && to < end;
   float kind = ray.air < 0.0 ? 0.0 : (two_pieces ? 3.0 : (any_shadow ? 2.0 : 1.0));
+#ifdef HAS_OPEN_CLASS
+  kind += kind == 1.0 && end >= air ? 3.0 : 0.0;
+#endif
   out_cuts = vec4(solid >= NOTHING ? uintBitsToFloat(0x7F800000u) : solid, from, to, end);
   gl_FragDepth = 0.25 * kind;
 }

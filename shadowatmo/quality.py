@@ -122,7 +122,7 @@ class Quality:
 
 NAMED = {
     "fast": Quality(nodes=6, depth="analytic"),
-    "balanced": Quality(),
+    "balanced": Quality(depth="analytic"),
     "accurate": Quality(nodes=20, gap_nodes=10, terms=6, multiple="accurate"),
 }
 

@@ -264,7 +264,7 @@ def test_scenes_pay_only_for_what_they_need(ctx, monkeypatch):
     for name, step in STEPS.items():
         assert step in plans[name] and step not in plans["bare"]
     # without aerosols their density is the constant 0, which the driver drops with all that it multiplies
-    assert "u_scale_height.x), 0.0)" in texts["bare"] and "u_scale_height.x), 0.0)" not in texts["aerosols"]
+    assert "u_falloff.x), 0.0)" in texts["bare"] and "u_falloff.x), 0.0)" not in texts["aerosols"]
 
 
 def test_textures_are_weighed(ctx):
