@@ -54,61 +54,69 @@ class AtmosphereComposite(RenderPass):
         if self.target is None:
             self.target = self.own(Target(self.ctx, self.size, color=("rgba32f",), depth=textures["class"]))
         self.target.framebuffer.use()
-        samplers = {"u_cuts": textures["cuts"]}
-        defines, uniforms = self._common(view, sun)
-        if first and "background" in textures:
-            defines["HAS_BACKGROUND"] = True
-            samplers["u_background"] = textures["background"]
-        if view.scene.sun_disc:
-            defines["HAS_SUN_DISC"] = True
-            uniforms |= sun_disc_uniforms(view, sun)
-            if view.scene.occluders:
-                defines |= {"HAS_MOONS": True, "MOONS": len(view.scene.occluders)}
-                uniforms["u_moons"] = moon_discs(view)
-        method = view.quality.method
-        if method in TABLE_METHODS and "inscatter" not in textures:
-            method = "segments"  # until the table is ready
-        method_defines, method_uniforms, class_features = METHODS[method](view)
-        method_samplers = table_samplers(method_uniforms, textures)
-        if method in TABLE_METHODS:
-            method_samplers |= inscatter_samplers(textures)
-        if "view_inscatter" in textures:
-            method_defines = {**method_defines, "HAS_TABLE4D_VIEW": True}
-            method_samplers |= {f"u_{name}": textures[name] for name in VIEW_TEXTURES}
-        moons = eclipse_inputs(view.scene, sun, textures) if method in PATH_METHODS else ({}, {}, {})
-        if moons[0]:
-            method_uniforms |= {"u_camera_position": view.position}
-        method_defines, method_uniforms, method_samplers = (
-            {**own, **more} for own, more in zip((method_defines, method_uniforms, method_samplers), moons, strict=True)
-        )
-        if "multiple_view" in textures and view.quality.method in PATH_METHODS:
-            method_defines = {**method_defines, **view_defines(view)}
-            more = {**multiple_uniforms(view.scene.atmosphere), **view_uniforms(view, sun)}
-            method_uniforms = {**method_uniforms, **more}
-            method_samplers = {**method_samplers, "u_multiple_view": textures["multiple_view"]}
+        seen, air, class_features = composite_inputs(view, textures, sun, first)
+        seen[2]["u_cuts"] = textures["cuts"]
         if not first:
             self.ctx.enable(moderngl.BLEND)
             self.ctx.blend_func = moderngl.ONE, moderngl.ONE, moderngl.ZERO, moderngl.ONE
         with depth_test(self.ctx, "=="):
             for number, features in enumerate(class_features):
-                air = (method_defines, method_uniforms, method_samplers) if features else ({}, {}, {})
                 if number == 0 and view.is_inside:
                     continue  # every ray meets the air
-                self.fullscreen(
-                    "atmosphere.frag",
-                    {**defines, **features, **air[0]},
-                    {**uniforms, **air[1], "u_class": number},
-                    {**samplers, **air[2]},
-                    vertex="class.vert",
-                )
+                defines, uniforms, samplers = joined(seen, air) if features else seen
+                more = {"u_class": number}
+                vertex = "class.vert"
+                self.fullscreen("atmosphere.frag", {**defines, **features}, {**uniforms, **more}, samplers, vertex)
         self.ctx.disable(moderngl.BLEND)
         self.ctx.blend_func = moderngl.ONE, moderngl.ZERO
         textures["color"] = self.target.color[0]
 
-    @staticmethod
-    def _common(view, sun):
-        uniforms = {**view.camera_uniforms(), **view.axis_uniforms(sun), "u_irradiance": sun.irradiance}
-        return {"HAS_FAR_CAMERA": True} if view.is_far else {}, uniforms
+
+def joined(*inputs) -> tuple[dict, dict, dict]:
+    """Join several triples of defines, uniforms and samplers."""
+    return tuple({name: value for part in kind for name, value in part.items()} for kind in zip(*inputs, strict=True))
+
+
+def composite_inputs(view, textures, sun, first) -> tuple[tuple, tuple, tuple]:
+    """Return what atmosphere.frag needs for one sun; the background comes in with the first one that is drawn.
+
+    Returns
+    -------
+    seen, air : (dict, dict, dict)
+        Defines, uniforms and samplers of what stands behind the air, and in addition of the air.
+    class_features : tuple of dict
+        Defines that select the shader of each class of pixels.
+    """
+    defines = {"HAS_FAR_CAMERA": True} if view.is_far else {}
+    uniforms = {**view.camera_uniforms(), **view.axis_uniforms(sun), "u_irradiance": sun.irradiance}
+    samplers = {}
+    if first and "background" in textures:
+        defines["HAS_BACKGROUND"] = True
+        samplers["u_background"] = textures["background"]
+    if view.scene.sun_disc:
+        defines["HAS_SUN_DISC"] = True
+        uniforms |= sun_disc_uniforms(view, sun)
+        if view.scene.occluders:
+            defines |= {"HAS_MOONS": True, "MOONS": len(view.scene.occluders)}
+            uniforms["u_moons"] = moon_discs(view)
+    method = view.quality.method
+    if method in TABLE_METHODS and "inscatter" not in textures:
+        method = "segments"  # until the table is ready
+    method_defines, method_uniforms, class_features = METHODS[method](view)
+    method_samplers = table_samplers(method_uniforms, textures)
+    if method in TABLE_METHODS:
+        method_samplers |= inscatter_samplers(textures)
+    if "view_inscatter" in textures:
+        method_defines = {**method_defines, "HAS_TABLE4D_VIEW": True}
+        method_samplers |= {f"u_{name}": textures[name] for name in VIEW_TEXTURES}
+    air = method_defines, method_uniforms, method_samplers
+    moons = eclipse_inputs(view.scene, sun, textures) if method in PATH_METHODS else ({}, {}, {})
+    if moons[0]:
+        air = joined(air, moons, ({}, {"u_camera_position": view.position}, {}))
+    if "multiple_view" in textures and view.quality.method in PATH_METHODS:
+        more = {**multiple_uniforms(view.scene.atmosphere), **view_uniforms(view, sun, textures)}
+        air = joined(air, (view_defines(view, textures), more, {"u_multiple_view": textures["multiple_view"]}))
+    return (defines, uniforms, samplers), air, class_features
 
 
 def sun_disc_uniforms(view, sun) -> dict:

@@ -1,5 +1,7 @@
 """Scene and quality as the shaders' uniforms and defines: one place that knows both vocabularies."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from shadowatmo.quadrature import cumulative_matrix, gauss_legendre
@@ -62,11 +64,16 @@ def transmittance_defines(atmosphere, quality) -> dict:
 def segment_defines(quality, atmosphere=None) -> dict:
     """Return the quadrature constants of segments.glsl; an atmosphere may ask for more nodes than the quality."""
     count = quality.nodes if atmosphere is None else nodes_for(atmosphere, quality.nodes)
+    return dict(_quadrature_defines(count, quality.gap_nodes))
+
+
+@lru_cache(maxsize=64)
+def _quadrature_defines(count, gap_count):
     nodes, weights = gauss_legendre(count)
-    gap_nodes, gap_weights = gauss_legendre(quality.gap_nodes)
+    gap_nodes, gap_weights = gauss_legendre(gap_count)
     return {
         "NODE_COUNT": count,
-        "GAP_COUNT": quality.gap_nodes,
+        "GAP_COUNT": gap_count,
         "NODE_VALUES": glsl_array(nodes),
         "WEIGHT_VALUES": glsl_array(weights),
         "CUMULATIVE_VALUES": glsl_array(cumulative_matrix(count).ravel()),

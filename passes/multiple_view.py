@@ -12,49 +12,68 @@ from shadowatmo.passes.multiple import multiple_defines, multiple_samplers, mult
 CELL = 16  # pixels
 FIRST = 0.375  # scale of the slices' distances in Rayleigh scale heights: uniform below, logarithmic beyond
 HIGH_ALTITUDE = 2.5  # of the camera, in scale heights of the higher layer, from which the table goes by geometry
-HIGH_SIZE = (65, 128)  # azimuths, rows of both halves
+GEOMETRY_SIZES = {False: (49, 96), True: (65, 128)}  # azimuths, rows of both halves, by whether the camera is high
 SLICES = {False: 12, True: 6}  # by whether the camera is high
+LOWEST = 1.0  # m, altitude of the camera that the table by geometry still tells from the ground
 NODES = {False: 8, True: 10}
 
 
+def has_whole_paths(view, textures) -> bool:
+    """Return whether the table needs whole paths alone: nothing but the ground's sphere and the top ends one.
+
+    Only asked for where the frame is interpolated between samples; without, each altitude keeps the table it has had.
+    """
+    return view.quality.tolerance > 0.0 and not {"planet_depth", "host_depth"} & set(textures)
+
+
 def is_high(view) -> bool:
-    """Return whether the table of a view goes by geometry, and not by cells of the frame."""
+    """Return whether the camera is so high that the table goes by geometry, and not by cells of the frame."""
     atmosphere = view.scene.atmosphere
     return view.altitude > HIGH_ALTITUDE * max(atmosphere.rayleigh_scale_height, atmosphere.mie_scale_height)
 
 
-def view_defines(view) -> dict:
+def view_defines(view, textures) -> dict:
     """Return the defines of multiple_view.glsl for the lookup."""
-    return {"HAS_MULTIPLE_VIEW": True, **_kind(view)}
+    return {"HAS_MULTIPLE_VIEW": True, **_kind(view, textures)}
 
 
-def view_uniforms(view, sun) -> dict:
+def view_uniforms(view, sun, textures) -> dict:
     """Return the uniforms of multiple_view.glsl."""
     atmosphere = view.scene.atmosphere
-    if not is_high(view):
+    size = {"u_view_size": _size(view, textures)}
+    if not _by_geometry(view, textures):
         longest = 2.0 * math.sqrt(atmosphere.top_radius**2 - atmosphere.bottom_radius**2)
         first = FIRST * atmosphere.rayleigh_scale_height
-        return {"u_view_size": _size(view), "u_view_slices": (first, 1.0 / math.log1p(longest / first))}
+        return {**size, "u_view_slices": (first, 1.0 / math.log1p(longest / first))}
     inside = view.altitude < atmosphere.thickness
     across = np.array(sun.direction) - (sun.direction @ view.up) * view.up
     length = float(np.linalg.norm(across))
     other = np.eye(3)[np.argmin(np.abs(view.up))]
     toward = across / length if length > 1e-6 else np.cross(view.up, other) / np.linalg.norm(np.cross(view.up, other))
+    highest = min(max(view.altitude, LOWEST), atmosphere.thickness)
     return {
-        "u_view_size": _size(view),
-        "u_view_top": (min(view.altitude, atmosphere.thickness), 0.5 if inside else 1.0, view.radius),
+        **size,
+        "u_view_top": (highest, 0.5 if inside else 1.0, view.radius),
         "u_view_up": view.up,
         "u_view_toward": toward,
     }
 
 
-def _kind(view):
+def _by_geometry(view, textures):
+    return is_high(view) or has_whole_paths(view, textures)
+
+
+def _kind(view, textures):
+    if has_whole_paths(view, textures):
+        return {"SLICES": 1, "HAS_HIGH_CAMERA": True, "HAS_WHOLE_PATHS": True}
     high = is_high(view)
     return {"SLICES": SLICES[high], **({"HAS_HIGH_CAMERA": True} if high else {"CELL": CELL})}
 
 
-def _size(view):
-    return HIGH_SIZE if is_high(view) else tuple(-(-n // CELL) + 1 for n in view.size)
+def _size(view, textures):
+    if _by_geometry(view, textures):
+        return GEOMETRY_SIZES[is_high(view)]
+    return tuple(-(-n // CELL) + 1 for n in view.size)
 
 
 class MultipleView(RenderPass):
@@ -69,23 +88,24 @@ class MultipleView(RenderPass):
         self._targets = {}
 
     def draw(self, view, textures, sun, recipe):
-        atmosphere, high = view.scene.atmosphere, is_high(view)
-        if high not in self._targets:
-            width, height = _size(view)
-            target = self.own(Target(self.ctx, (width, height * SLICES[high]), color=("rgba32f",)))
+        atmosphere, geometry = view.scene.atmosphere, _by_geometry(view, textures)
+        kind, (width, height) = _kind(view, textures), _size(view, textures)
+        size = width, height * kind["SLICES"]
+        if size not in self._targets:
+            target = self.own(Target(self.ctx, size, color=("rgba32f",)))
             target.color[0].filter = (self.ctx.LINEAR, self.ctx.LINEAR)
-            self._targets[high] = target
-        defines = {**medium_defines(atmosphere), **multiple_defines(recipe), **path_defines(NODES[high], 2)}
+            self._targets[size] = target
+        defines = {**medium_defines(atmosphere), **multiple_defines(recipe), **path_defines(NODES[is_high(view)], 2)}
         uniforms = {**view.camera_uniforms(), **medium_uniforms(atmosphere), **segment_uniforms(atmosphere)}
-        uniforms |= {**multiple_uniforms(atmosphere), **view_uniforms(view, sun), **view.axis_uniforms(sun)}
-        defines |= {"TERMS": 4, **_kind(view)}
-        if view.is_far and not high:
+        uniforms |= {**multiple_uniforms(atmosphere), **view_uniforms(view, sun, textures), **view.axis_uniforms(sun)}
+        defines |= {"TERMS": 4, **kind}
+        if view.is_far and not geometry:
             defines["HAS_FAR_CAMERA"] = True
         elif view.is_far:
             uniforms.pop("u_moments")
-        self._targets[high].framebuffer.use()
+        self._targets[size].framebuffer.use()
         self.fullscreen("multiple_view.frag", defines, uniforms, multiple_samplers(textures))
-        textures["multiple_view"] = self._targets[high].color[0]
+        textures["multiple_view"] = self._targets[size].color[0]
 
     def release(self):
         super().release()

@@ -6,6 +6,7 @@ from shadowatmo.cache import TableCache
 from shadowatmo.camera import Camera
 from shadowatmo.errors import ParameterError, PassError
 from shadowatmo.multiple_recipes import RECIPES
+from shadowatmo.passes.adaptive import AdaptiveComposite
 from shadowatmo.passes.atmosphere import AtmosphereComposite
 from shadowatmo.passes.atmosphere_back_depth import AtmosphereBackDepth
 from shadowatmo.passes.eclipse import Eclipse
@@ -16,7 +17,7 @@ from shadowatmo.passes.gl.textures import check_size
 from shadowatmo.passes.multiple import MultipleScattering
 from shadowatmo.passes.multiple_view import MultipleView
 from shadowatmo.passes.planet import Planet
-from shadowatmo.passes.planning import make_plan, warn_of_approximations
+from shadowatmo.passes.planning import composite_name, make_plan, warn_of_approximations
 from shadowatmo.passes.shadow_back_depth import ShadowBackDepth
 from shadowatmo.passes.shadow_front_depth import ShadowFrontDepth
 from shadowatmo.passes.table4d_view import Table4DView
@@ -115,6 +116,7 @@ class Renderer:
             "atmosphere_back_depth": lambda: AtmosphereBackDepth(self.ctx, self.size, depth_format),
             "widths": lambda: Widths(self.ctx, self.size),
             "atmosphere": lambda: AtmosphereComposite(self.ctx, self.size),
+            "adaptive": lambda: AdaptiveComposite(self.ctx, self.size),
         }
         for step in self.plan.steps:
             if step.name not in self._passes:
@@ -202,7 +204,8 @@ class Renderer:
 
     def _run(self, view, textures) -> dict:
         """Draw all passes of a view and return every texture by name."""
-        composed = "host_depth" in textures
+        composed, composite = "host_depth" in textures, self._passes[composite_name(self.quality)]
+        self._view = view
         for name in ("transmittance", "table3d", "table4d", "multiple"):
             if name in self._passes:
                 self._passes[name].draw(self.scene.atmosphere, textures)
@@ -223,17 +226,21 @@ class Renderer:
                 self._passes["table4d_view"].draw(view, textures, sun)
             if "multiple_view" in self._passes and "multiple_table" in textures:
                 self._passes["multiple_view"].draw(view, textures, sun, RECIPES[self.quality.multiple])
-            self._passes["atmosphere"].draw(view, textures, sun, first=place == 0)
+            composite.draw(view, textures, sun, first=place == 0)
         return textures
 
     def _copy(self, texture, framebuffer):
         framebuffer.use()
-        self._passes["atmosphere"].fullscreen("copy.frag", {}, {}, {"u_color": texture})
+        self._passes[composite_name(self.quality)].fullscreen("copy.frag", {}, {}, {"u_color": texture})
 
     def field(self, name, textures):
         """Return the texture of a field of the frame just drawn: "depth", "lit_width" or "shadow_width"."""
         self._check_open()
         with preserve_state(self.ctx):
+            if "cuts" not in textures:  # pass 5 went without
+                if "late_widths" not in self._passes:
+                    self._passes["late_widths"] = Widths(self.ctx, self.size)
+                self._passes["late_widths"].draw(self._view, textures, self._view.scene.suns[0])
             if name not in self._passes:
                 self._passes[name] = Field(self.ctx, self.size, name)
             return self._passes[name].draw(textures)

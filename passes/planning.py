@@ -2,6 +2,7 @@
 
 import logging
 
+from shadowatmo.passes.adaptive import TILE, AdaptiveComposite
 from shadowatmo.passes.atmosphere import AtmosphereComposite
 from shadowatmo.passes.atmosphere_back_depth import AtmosphereBackDepth
 from shadowatmo.passes.eclipse import Eclipse, shading_occluders
@@ -32,6 +33,11 @@ def warn_of_approximations(scene) -> list[str]:
     for message in found:
         log.warning(message)
     return found
+
+
+def composite_name(quality) -> str:
+    """Return the name of the pass that writes the frame's color."""
+    return (AdaptiveComposite if quality.tolerance > 0.0 else AtmosphereComposite).name
 
 
 def make_plan(scene, quality) -> Plan:
@@ -76,7 +82,10 @@ def make_plan(scene, quality) -> Plan:
     depths = DEPTH_TEXTURES if textured else ()
     planet = ("planet_depth",) if any(step.name == "planet" for step in steps) else ()
     suns = f"{len(scene.suns)} suns, once for each" if len(scene.suns) > 1 else "one sun"
-    add(True, Widths, f"cuts rays into lit and shadowed widths ({suns})", "", (*depths, *planet))
+    adaptive = quality.tolerance > 0.0
+    cutting = (*depths, *planet)
+    tiles = f"tiles of {TILE} x {TILE} pixels cut rays by themselves (tolerance={quality.tolerance:g})"
+    add(not adaptive, Widths, f"cuts rays into lit and shadowed widths ({suns})", tiles, cutting)
     if quality.method == "table4d":
         add(True, Table4DView, f"the table at the camera's height and under its sun, inside the air ({suns})", "")
     gathered = every and quality.method in PATH_METHODS
@@ -92,8 +101,11 @@ def make_plan(scene, quality) -> Plan:
         "table4d": "two lookups a path, two more where the planet's shadow cuts it",
         "widths": "brightness by widths, the published formula",
     }[quality.method]
-    inputs = (*AtmosphereComposite.inputs, *background, *(MultipleView.outputs if gathered else ()))
-    add(True, AtmosphereComposite, f"{how} ({suns})", "", inputs)
+    inputs = (*background, *(MultipleView.outputs if gathered else ()))
+    if adaptive:
+        smooth = f"at the corners of tiles, interpolated where second differences are below {quality.tolerance:g}"
+        add(True, AdaptiveComposite, f"{how}, {smooth} ({suns})", "", (*cutting, *inputs))
+    add(not adaptive, AtmosphereComposite, f"{how} ({suns})", tiles, (*AtmosphereComposite.inputs, *inputs))
     if any(sun.disc_at_terminator for sun in scene.suns):
         left_out.append(Step("disc_at_terminator", "the planet's shadow is drawn hard"))
     left_out.append(Step(Tonemap.name, "runs when a picture is asked for; frames are scene-linear"))

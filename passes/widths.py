@@ -23,27 +23,32 @@ class Widths(RenderPass):
         self.target = self.own(Target(ctx, size, color=("rgba32f",), depth="d32f"))
 
     def draw(self, view, textures, sun):
-        defines = {**view.defines()}
-        uniforms = {**view.depth_uniforms(), **view.shadow_uniforms(sun)}
-        samplers = {}
+        defines, uniforms, samplers = cuts_inputs(view, textures, sun)
         if view.quality.method == "table4d" and "inscatter" in textures:
             defines["HAS_OPEN_CLASS"] = True
-        if view.quality.depth == "textures":
-            defines["HAS_DEPTH_TEXTURES"] = True
-            samplers |= {f"u_{name}": textures[name] for name in DEPTH_TEXTURES}
-        if "planet_depth" in textures:
-            defines["HAS_PLANET_DEPTH"] = True
-            samplers["u_planet_depth"] = textures["planet_depth"]
-        if "host_depth" in textures:
-            depth = view.camera.depth
-            defines |= {"HAS_HOST_DEPTH": True, "CONVENTION": CONVENTIONS.index(depth.kind), **CONVENTION_DEFINES}
-            far = min(depth.far, 3e38)
-            uniforms["u_host_convention"] = (depth.near, far, depth.coefficient, depth.meters_per_unit)
-            samplers["u_host_depth"] = textures["host_depth"]
         self.target.framebuffer.use()
         with depth_test(self.ctx, "1"):
             self.fullscreen("widths.frag", defines, uniforms, samplers)
         textures["cuts"], textures["class"] = self.target.color[0], self.target.depth
+
+
+def cuts_inputs(view, textures, sun) -> tuple[dict, dict, dict]:
+    """Return defines, uniforms and samplers of cuts.glsl for one sun."""
+    defines, samplers = view.defines(), {}
+    uniforms = {**view.depth_uniforms(), **view.shadow_uniforms(sun)}
+    if view.quality.depth == "textures":
+        defines["HAS_DEPTH_TEXTURES"] = True
+        samplers |= {f"u_{name}": textures[name] for name in DEPTH_TEXTURES}
+    if "planet_depth" in textures:
+        defines["HAS_PLANET_DEPTH"] = True
+        samplers["u_planet_depth"] = textures["planet_depth"]
+    if "host_depth" in textures:
+        depth = view.camera.depth
+        defines |= {"HAS_HOST_DEPTH": True, "CONVENTION": CONVENTIONS.index(depth.kind), **CONVENTION_DEFINES}
+        far = min(depth.far, 3e38)
+        uniforms["u_host_convention"] = (depth.near, far, depth.coefficient, depth.meters_per_unit)
+        samplers["u_host_depth"] = textures["host_depth"]
+    return defines, uniforms, samplers
 
 
 class Field(RenderPass):

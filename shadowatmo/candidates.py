@@ -4,8 +4,9 @@ from dataclasses import fields
 
 from shadowatmo.quality import METHODS, NAMED, Quality
 
-NODES = (3, 4, 5, 6, 8, 10, 12, 16, 20, 24)  # of "segments"
+NODES = (3, 4, 5, 6, 8, 12, 16, 20, 24)  # of "segments"
 STEPS = (8, 16, 32, 64, 128)  # of "march"
+TOLERANCES = (0.02, 0.006, 0.002)  # of frames interpolated between tiles
 
 
 def candidates(fast=False) -> dict[str, Quality]:
@@ -19,11 +20,15 @@ def candidates(fast=False) -> dict[str, Quality]:
     found = dict(NAMED)
     for nodes in NODES if not fast else (4,):
         for multiple in ("balanced", "accurate") if not fast else ("balanced",):
-            terms = 4 if nodes < 12 else 6
-            effort = {"nodes": nodes, "gap_nodes": max(2, nodes // 2), "terms": terms, "multiple": multiple}
-            _add(found, Quality(depth="analytic", **effort))
+            _add(found, _segments(nodes, multiple))
+    for tolerance in TOLERANCES if not fast else TOLERANCES[1:2]:
+        for nodes, multiple in ((3, "balanced"), (4, "balanced"), (6, "balanced"), (8, "balanced"), (8, "accurate"),
+                                (12, "accurate"), (20, "accurate")) if not fast else ((6, "balanced"),):  # fmt: skip
+            _add(found, _segments(nodes, multiple, tolerance))
     if not fast:
         _add(found, Quality(nodes=8, terms=6, depth="analytic"))
+        for method in METHODS[1:]:
+            _add(found, Quality(method=method, depth="analytic", tolerance=TOLERANCES[1]))
         _add(found, Quality(nodes=8, transmittance="table", depth="analytic"))
     for steps in STEPS if not fast else (32,):
         _add(found, Quality(method="march", steps=steps, depth="analytic"))
@@ -37,6 +42,11 @@ def candidates(fast=False) -> dict[str, Quality]:
             _add(found, Quality(method=method))
         _add(found, Quality(method="widths", depth_bits=24))
     return found
+
+
+def _segments(nodes, multiple, tolerance=0.0) -> Quality:
+    effort = {"gap_nodes": max(2, nodes // 2), "terms": 4 if nodes < 12 else 6}
+    return Quality(nodes=nodes, multiple=multiple, tolerance=tolerance, depth="analytic", **effort)
 
 
 def _add(found, quality):
@@ -65,5 +75,6 @@ def describe(quality) -> str:
         parts += ["fine"] if quality.multiple == "accurate" else []
     if quality.method == "march":
         parts.append(f"{quality.steps} steps")
+    parts += [f"tiles {quality.tolerance:g}"] if quality.tolerance else []
     parts.append(quality.depth if quality.depth_bits == 32 else "24 bits")
     return ", ".join(parts)

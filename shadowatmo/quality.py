@@ -4,13 +4,14 @@ from dataclasses import InitVar, dataclass, field, fields
 
 from shadowatmo.errors import ParameterError
 from shadowatmo.multiple_recipes import RECIPES
-from shadowatmo.validation import choice, integer
+from shadowatmo.validation import choice, integer, number
 
 METHODS = ("segments", "march", "table3d", "table3d-multiple", "table4d", "widths")
 PATH_METHODS = ("segments", "march")  # sums along the path; multiple scattering is added to them
 DEPTHS = ("textures", "analytic")
 MAX_NODES = 32
 MAX_STEPS = 1024
+MAX_TOLERANCE = 0.1
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,9 @@ class Quality:
     multiple : str
         Resolution of the table of multiple scattering, "balanced", "accurate", or "truth", by which the report judges
         the others (multiple_recipes.RECIPES).
+    tolerance : float
+        0: every pixel is evaluated; else the largest second difference, relative to the pixel, that a tile of 8 x 8
+        pixels may carry and still be interpolated between its corners, in [0, 0.1].
     error : float, optional
         Budget: relative error of light, absolute error of transmittance, that 95 of 100 rays keep; > 0.
     cost : float, optional
@@ -78,6 +82,7 @@ class Quality:
     orders: int | str = "all"
     multiple: str = "balanced"
     steps: int = 32
+    tolerance: float = 0.0
     error: InitVar[float | None] = None
     cost: InitVar[float | None] = None
     budget: str = field(default="", init=False, compare=False, repr=False)
@@ -91,8 +96,6 @@ class Quality:
         return made
 
     def __post_init__(self, error, cost):
-        if error is not None or cost is not None:
-            self._keep_budget(error, cost)
         choice("method", self.method, METHODS)
         integer("nodes", self.nodes, low=2, high=MAX_NODES)
         integer("gap_nodes", self.gap_nodes, low=2, high=MAX_NODES)
@@ -104,6 +107,9 @@ class Quality:
         choice("orders", self.orders, (1, "all"))
         choice("multiple", self.multiple, tuple(RECIPES))
         integer("steps", self.steps, low=1, high=MAX_STEPS)
+        object.__setattr__(self, "tolerance", number("tolerance", self.tolerance, low=0, high=MAX_TOLERANCE))
+        if error is not None or cost is not None:
+            self._keep_budget(error, cost)
 
     def _keep_budget(self, error, cost):
         """Take the fields of the measured quality that a budget chooses."""
