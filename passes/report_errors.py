@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from shadowatmo import reference
+from shadowatmo.multiple_recipes import RECIPES
 from shadowatmo.passes.atmosphere import published_color
 from shadowatmo.passes.pipeline import Renderer
 from shadowatmo.passes.probe import multiple_scattering, probe
@@ -17,6 +18,7 @@ from shadowatmo.report_errors import budget_errors, ray_errors, statistics
 from shadowatmo.scene import Scene
 
 TRUTH_OF_MULTIPLE = Quality(nodes=10, gap_nodes=10, terms=6, multiple="truth")  # 16 nodes change 5e-4 of it
+APART = {"depth": "analytic", "depth_bits": 32, "tolerance": 0.0, "multiple": "balanced"}  # no matter to single rays
 GATHER = {"nodes": 8, "gap_nodes": 6}  # of probes for multiple scattering: the recipe decides
 
 
@@ -53,7 +55,7 @@ class ProbeErrors:
 
     def __init__(self, ctx, sets):
         self.ctx, self.sets = ctx, sets
-        self._truth, self._multiple, self._counted = {}, {}, {}
+        self._truth, self._found, self._multiple, self._counted = {}, {}, {}, {}
 
     def prepare(self, ray_set, multiple=True) -> None:
         """Work out the truth of a set, or without `multiple` of its single scattering alone."""
@@ -95,12 +97,18 @@ class ProbeErrors:
         if quality.method == "widths":
             return self._widths(shot, rays)
         if quality.method in PATH_METHODS:
-            alone = probe(self.ctx, shot.scene, *rays, quality=replace(quality, orders=1))
+            alone = self._probed(replace(quality, orders=1), shot, rays)
             none = np.zeros_like(alone.single)
             more = self._path_multiple(quality.multiple, shot, rays) if with_multiple else none
             return alone.single, more, alone.transmittance
-        light = probe(self.ctx, shot.scene, *rays, quality=quality)
+        light = self._probed(quality, shot, rays)
         return light.single, light.multiple, light.transmittance
+
+    def _probed(self, quality, shot, rays):
+        key = replace(quality, **APART), shot
+        if key not in self._found:
+            self._found[key] = probe(self.ctx, shot.scene, *rays, quality=key[0])
+        return self._found[key]
 
     def _path_multiple(self, recipe, shot, rays):
         key = recipe, shot
@@ -122,7 +130,7 @@ class ProbeErrors:
     def release(self) -> None:
         """Release the tables that the probes kept."""
         release_probe_tables(self.ctx)
-        for recipe in ("balanced", "accurate", "truth"):
+        for recipe in RECIPES:
             multiple_scattering(self.ctx, recipe).release()
 
 

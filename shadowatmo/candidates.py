@@ -4,9 +4,17 @@ from dataclasses import fields
 
 from shadowatmo.quality import METHODS, NAMED, Quality
 
-NODES = (3, 4, 5, 6, 8, 12, 16, 20, 24)  # of "segments"
+FULL = (  # nodes and multiple of "segments", pixel by pixel
+    (3, "balanced"), (4, "balanced"), (6, "balanced"), (8, "balanced"), (8, "accurate"), (12, "accurate"),
+    (12, "finest"), (16, "accurate"), (20, "accurate"), (20, "finest"), (24, "finest"),
+)  # fmt: skip
 STEPS = (8, 16, 32, 64, 128)  # of "march"
-TOLERANCES = (0.02, 0.006, 0.002)  # of frames interpolated between tiles
+TILED = (  # nodes, multiple and tolerance of frames interpolated between tiles
+    (3, "balanced", 0.02), (4, "balanced", 0.02), (6, "balanced", 0.02), (6, "balanced", 0.006),
+    (4, "balanced", 0.006), (8, "balanced", 0.006), (8, "accurate", 0.006), (12, "accurate", 0.006),
+    (8, "accurate", 0.002), (12, "finest", 0.002), (20, "finest", 0.002),
+)  # fmt: skip
+TOLERANCE = 0.006  # of the other methods
 
 
 def candidates(fast=False) -> dict[str, Quality]:
@@ -18,17 +26,14 @@ def candidates(fast=False) -> dict[str, Quality]:
         Leave out what only makes the curve finer.
     """
     found = dict(NAMED)
-    for nodes in NODES if not fast else (4,):
-        for multiple in ("balanced", "accurate") if not fast else ("balanced",):
-            _add(found, _segments(nodes, multiple))
-    for tolerance in TOLERANCES if not fast else TOLERANCES[1:2]:
-        for nodes, multiple in ((3, "balanced"), (4, "balanced"), (6, "balanced"), (8, "balanced"), (8, "accurate"),
-                                (12, "accurate"), (20, "accurate")) if not fast else ((6, "balanced"),):  # fmt: skip
-            _add(found, _segments(nodes, multiple, tolerance))
+    for nodes, multiple in FULL if not fast else FULL[1:2]:
+        _add(found, _segments(nodes, multiple))
+    for nodes, multiple, tolerance in TILED if not fast else TILED[2:4]:
+        _add(found, _segments(nodes, multiple, tolerance))
     if not fast:
         _add(found, Quality(nodes=8, terms=6, depth="analytic"))
         for method in METHODS[1:]:
-            _add(found, Quality(method=method, depth="analytic", tolerance=TOLERANCES[1]))
+            _add(found, Quality(method=method, depth="analytic", tolerance=TOLERANCE))
         _add(found, Quality(nodes=8, transmittance="table", depth="analytic"))
     for steps in STEPS if not fast else (32,):
         _add(found, Quality(method="march", steps=steps, depth="analytic"))
@@ -72,7 +77,6 @@ def describe(quality) -> str:
     if quality.method == "segments":
         parts += [f"{quality.nodes}+{quality.gap_nodes} nodes", f"{quality.terms} terms"]
         parts += ["table"] if quality.transmittance == "table" else []
-        parts += ["fine"] if quality.multiple == "accurate" else []
     if quality.method == "march":
         parts.append(f"{quality.steps} steps")
     parts += [f"tiles {quality.tolerance:g}"] if quality.tolerance else []

@@ -50,8 +50,8 @@ class Quality:
     steps : int
         Uniform steps of a path for "march", in [1, 1024].
     multiple : str
-        Resolution of the table of multiple scattering, "balanced", "accurate", or "truth", by which the report judges
-        the others (multiple_recipes.RECIPES).
+        Resolution of the table of multiple scattering (multiple_recipes.RECIPES): "balanced", "accurate", "finest", or
+        "truth", by which the report judges the others.
     tolerance : float
         0: every pixel is evaluated; else the largest second difference, relative to the pixel, that a tile of 8 x 8
         pixels may carry and still be interpolated between its corners, in [0, 0.1].

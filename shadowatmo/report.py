@@ -38,7 +38,7 @@ class Options:
     seed: int = SEED
     rays: int = 300
     frames: int = 3
-    rounds: int = 3
+    rounds: int = 2
     pixels: int = 250
     size: tuple[int, int] = (1280, 720)
 

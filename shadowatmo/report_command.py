@@ -12,12 +12,12 @@ from shadowatmo.report import Options, compare, read_report, write_json
 EPILOG = """\
 Measures every method and quality on this machine. Frames: cost as a ratio to a full-screen copy pass timed beside it
 (CPU time where the renderer is software, timer queries on hardware). Rays: errors against a float64 twin, the same
-fixed and seeded rays for all. --fast leaves out most candidates, the slow planets and most cameras.
+fixed and seeded rays for all. --fast leaves out most candidates, the other planets and most cameras.
 
   shadowatmo report --out report --json report.json       everything, with pictures
   shadowatmo report --fast --baseline report.json         did anything get worse?
   shadowatmo report --reference cases.json                judge a file of reference rays instead
-  shadowatmo report --calibrate                           measure the curve anew that Quality(error=...) chooses from
+  shadowatmo report --calibrate                           and renew the curve that Quality(error=...) chooses from
 
 Exit status: 1 if something got worse than the baseline (costs by 15 %, errors or memory by 10 %), if a reference file's
 bar is missed, or if something asked for was not done; 0 otherwise.
@@ -42,13 +42,21 @@ def add_report(commands) -> argparse.ArgumentParser:
     parser.add_argument("--quality", choices=tuple(NAMED), default="accurate",
                         help="of --reference (default: %(default)s)")  # fmt: skip
     parser.add_argument("--calibrate", nargs="?", type=Path, const=True, metavar="FILE",
-                        help="write the curve that budgets choose from (default: the package's own)")  # fmt: skip
+                        help="also write the curve that budgets choose from (default: the package's own)")  # fmt: skip
     parser.set_defaults(action=report)
     return parser
 
 
 def options_of(arguments) -> Options:
-    """Return what the command line asks to be measured."""
+    """Return what the command line asks to be measured.
+
+    Raises
+    ------
+    ParameterError
+        If a number is out of range, or a curve is asked of what --fast leaves out.
+    """
+    if arguments.fast and arguments.calibrate is not None:
+        raise ParameterError("--calibrate", arguments.calibrate, "it without --fast, which measures too few qualities")
     options = Options.quick() if arguments.fast else Options()
     names = ("size", "seed", "rays", "frames")
     given = {name: getattr(arguments, name) for name in names if getattr(arguments, name) is not None}
@@ -68,11 +76,11 @@ def report(arguments) -> int:
     try:
         if arguments.reference is not None:
             return _judge_reference(ctx, arguments.reference, arguments.quality)
-        if arguments.calibrate is not None:
-            return _calibrate(ctx, options, arguments.calibrate)
         found = _measure(ctx, options)
         if arguments.json is not None:
             write_json(arguments.json, found)
+        if arguments.calibrate is not None:
+            _calibrate(found, arguments.calibrate)
         if pictures is not None:
             pictures.write(ctx, found)
     finally:
@@ -118,16 +126,13 @@ def _judge_reference(ctx, path, quality) -> int:
     return 1 if missed else 0
 
 
-def _calibrate(ctx, options, path) -> int:
+def _calibrate(found, path) -> None:
+    """Write the curve of a report."""
     from shadowatmo.budget import calibrated, curve_path
-    from shadowatmo.passes.report import Report
 
-    with ProgressBar(wait=ctx.finish) as bar:
-        found = Report(ctx, options, bar).run(cold=False, with_features=False)
     path = curve_path() if path is True else path
     write_json(path, calibrated(found))
-    print(f"{path}: {len(found['candidates'])} qualities")
-    return 0
+    print(f"\n{path}: the curve of {len(found['candidates'])} qualities")
 
 
 class _Pictures:

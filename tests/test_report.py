@@ -314,6 +314,7 @@ def test_the_twin_meets_every_bar_it_has_values_for():
         (("--reference", "pyproject.toml"), "--reference"),
         (("--json", "no/such/folder/x.json"), "--json"),
         (("--rays", "1"), "rays"),
+        (("--calibrate",), "--fast"),
         (("--size", "0x9"), "size"),
     ],
 )
