@@ -154,9 +154,7 @@ class _Pictures:
         from shadowatmo.report_rays import CAMERAS, SUN
 
         save(speed_error_figure(found), self.folder / "report.png")
-        tables = (report_text.candidate_rows(found), report_text.feature_rows(found))
-        text = "\n\n".join(report_text.markdown(*table) for table in tables)
-        (self.folder / "report.md").write_text(text + "\n", "utf-8")
+        (self.folder / "report.md").write_text(report_text.report_page(found) + "\n", "utf-8")
         frames = next(c["frames"] for c in found["candidates"] if c["name"] == MAP_QUALITY)
         worst = sorted(frames, key=lambda name: -frames[name]["all"]["p99"])[:MAP_CAMERAS]
         size = tuple(found["options"]["size"])

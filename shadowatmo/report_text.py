@@ -1,5 +1,6 @@
 """The report as text: tables for the terminal, and for a page."""
 
+from shadowatmo.quality import NAMED
 from shadowatmo.report import beaten, front, mean_cost, plotted_error, typical_error
 from shadowatmo.report_errors import FLOOR
 
@@ -7,6 +8,11 @@ MEGABYTE = 2.0**20
 LIGHT_NOTE = (
     "light: median over the kinds of rays of the percentile named, single + multiple; frames: the same over the "
     f"cameras; relative to a ray's brightest channel, rays below {FLOOR:g} of their scene's brightest left out"
+)
+
+TRUTH_NOTE = (
+    "Single scattering and transmittance are judged by the float64 twin, eclipses by single scattering alone; the truth "
+    "of multiple scattering is the solver's own, finer than any candidate's."
 )
 
 
@@ -34,6 +40,33 @@ def candidate_rows(report) -> tuple[list[str], list[list[str]]]:
             percent(typical_error(c, "errors", "transmittance", "p99")),
         ])  # fmt: skip
     return heading, rows
+
+
+def short_rows(report) -> tuple[list[str], list[list[str]]]:
+    """Return what a page shows of `candidate_rows`: the best ones, the named ones, and the cheapest of each method."""
+    heading, rows = candidate_rows(report)
+    methods = {c["name"]: c["fields"].get("method", "segments") for c in report["candidates"]}
+    kept, seen = [], set()
+    for row in rows:
+        name, first = row[1], methods[row[1]] not in seen
+        seen.add(methods[name])
+        if row[0] or first or name in NAMED:
+            kept.append(row)
+    return heading, kept
+
+
+def report_page(report) -> str:
+    """Return the report as a page: the short table of candidates, kinds of rays, features, and all candidates."""
+    machine = report["machine"]
+    size = "x".join(map(str, report["options"]["size"]))
+    copied = f"a copy at {size} takes {1e3 * machine['copy_seconds']:.2f} ms"
+    where = f"{machine['renderer']}, {machine['clock']}; {copied}."
+    parts = ["# Speed against error", f"Written by `shadowatmo report --out`. {where}", "![speed against error](report.png)"]
+    parts += [markdown(*short_rows(report)), f"Errors in percent. {LIGHT_NOTE}."]
+    parts += ["## Kinds of rays", markdown(*set_rows(report)), TRUTH_NOTE]
+    parts += ["## Features", markdown(*feature_rows(report))] if report["features"] else []
+    parts += ["## Everything measured", markdown(*candidate_rows(report))]
+    return "\n\n".join(parts)
 
 
 def set_rows(report, name="balanced", others=("fast", "accurate")) -> tuple[list[str], list[list[str]]]:
@@ -88,7 +121,7 @@ def report_text(report) -> str:
         aligned(*candidate_rows(report)),
         f"* = best at its cost. Errors in percent. {LIGHT_NOTE}.",
         *([aligned(*set_rows(report))] if any(c["name"] == "balanced" for c in report["candidates"]) else []),
-        "Eclipses are judged by single scattering; the truth of multiple scattering is the solver's own, much finer.",
+        TRUTH_NOTE,
     ]
     if report["features"]:
         parts.append(aligned(*feature_rows(report)))

@@ -154,6 +154,8 @@ def test_a_report_says_what_it_measured(small):
 def test_a_report_as_text(small):
     text = report_text.report_text(small)
     assert all(name in text for name in (*WANTED, "limb", "second sun", "left out", small["machine"]["renderer"]))
+    page = report_text.report_page(small)
+    assert "report.png" in page and all(f"| {name} |" in page for name in WANTED)
     heading, rows = report_text.candidate_rows(small)
     assert report_text.markdown(heading, rows).count("\n") == len(rows) + 1
     lines = report_text.aligned(heading, rows).splitlines()
