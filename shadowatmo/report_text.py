@@ -11,8 +11,8 @@ LIGHT_NOTE = (
 )
 
 TRUTH_NOTE = (
-    "Single scattering and transmittance are judged by the float64 twin, eclipses by single scattering alone; the truth "
-    "of multiple scattering is the solver's own, finer than any candidate's."
+    "Single scattering and transmittance are judged by the float64 twin, eclipses by single scattering alone; the "
+    "truth of multiple scattering is the solver's own, finer than any candidate's."
 )
 
 
@@ -61,7 +61,8 @@ def report_page(report) -> str:
     size = "x".join(map(str, report["options"]["size"]))
     copied = f"a copy at {size} takes {1e3 * machine['copy_seconds']:.2f} ms"
     where = f"{machine['renderer']}, {machine['clock']}; {copied}."
-    parts = ["# Speed against error", f"Written by `shadowatmo report --out`. {where}", "![speed against error](report.png)"]
+    parts = ["# Speed against error", f"Written by `shadowatmo report --out`. {where}"]
+    parts.append("![speed against error](report.png)")
     parts += [markdown(*short_rows(report)), f"Errors in percent. {LIGHT_NOTE}."]
     parts += ["## Kinds of rays", markdown(*set_rows(report)), TRUTH_NOTE]
     parts += ["## Features", markdown(*feature_rows(report))] if report["features"] else []
