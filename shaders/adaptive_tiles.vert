@@ -5,7 +5,7 @@ uniform sampler2D u_light;
 
 flat out float v_brightest;
 
-const ivec2 SPARSE = ivec2(32, 18);
+const ivec2 SPARSE = ivec2(80, 45);
 
 void main() {
   vec2 corner = vec2(float((gl_VertexID << 1) & 2), float(gl_VertexID & 2));
