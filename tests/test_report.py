@@ -216,7 +216,8 @@ def test_methods_that_beat_segments_are_named():
 WORDS = {  # feature: what only its shaders mention
     "ozone": "u_ozone_k",
     "multiple scattering": "u_multiple_view",
-    "eclipse": "u_occluders",
+    "eclipse": "visibility_along",
+    "finite disc at the terminator": "u_sun_angle",
     "sun's disc in view": "u_sun_disc",
     "lit ground": "u_planet_color",
     "terrain cut by a host's depth": "u_host_depth",
@@ -288,10 +289,10 @@ def test_cameras_are_those_of_the_issue():
 
 def test_reference_cases_are_judged(ctx):
     groups = report_cases.read_cases(CASES)
-    kept = [g for g in groups if g.cases[0]["kind"] in ("transmittance", "single", "lengths_penumbra")][:40]
+    kept = [g for g in groups if g.cases[0]["kind"] in ("transmittance", "single", "lengths_penumbra")][:24]
     quality = sa.Quality(nodes=20, gap_nodes=10, terms=6, orders=1)
     errors = report_cases.judge_cases(kept, lambda *rays: sa.probe(ctx, *rays, quality=quality))
-    assert errors["single"]["rel"].size > 30 and errors["transmittance"]["abs"].size > 30
+    assert len(errors["single"]["rel"]) > 9 and len(errors["transmittance"]["abs"]) > 9
     assert not report_cases.missed_bars({k: v for k, v in errors.items() if k == "transmittance"})
     spoiled = {kind: {name: values + 0.2 for name, values in found.items()} for kind, found in errors.items()}
     assert len(report_cases.missed_bars(spoiled)) >= 3
