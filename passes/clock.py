@@ -21,14 +21,16 @@ class Clock:
     ctx : moderngl.Context
     size : (int, int)
         Of the frames and of the copy [pixels].
+    uses_cpu : bool, optional
+        Whether CPU time is what counts; None: where the renderer is software.
     """
 
-    def __init__(self, ctx, size):
+    def __init__(self, ctx, size, uses_cpu=None):
         self.ctx = ctx
         self._source, self._target = (Target(ctx, size, color=("rgba16f",)) for _ in range(2))
         self._program = build_program(ctx, "copy.frag")
         self._triangle = Fullscreen(ctx, self._program)
-        self.uses_cpu = describe_context(ctx)["software"]
+        self.uses_cpu = describe_context(ctx)["software"] if uses_cpu is None else uses_cpu
         self._query = None if self.uses_cpu else ctx.query(time=True)
         self.copies = []  # s, every copy that was timed
 

@@ -1,6 +1,7 @@
 """One run of the report: errors, costs, tables, memory and cold starts of every candidate on this machine."""
 
 import gc
+import os
 import platform
 import tempfile
 
@@ -47,20 +48,19 @@ class Report:
         self.scene = report_scene(SUN)
         self._done, self._total = 0, 1
 
-    def run(self, errors=True, cold=True, with_features=True) -> dict:
-        """Measure and return the report; parts can be left out."""
+    def run(self, cold=True) -> dict:
+        """Measure and return the report, without the cold starts if so wanted."""
         options, kinds = self.options, [k for k in KINDS if not (self.options.fast and k.name in OTHER_PLANETS)]
         sets = [ray_set(kind, options.rays, options.seed) for kind in kinds]
-        wanted_features = features() if with_features else ()
+        wanted_features = features()
         rounds = options.rounds * (len(self.wanted) + len(wanted_features))
-        self._total = rounds + len(self.wanted) + (len(sets) + 1) * errors + len(self._cold_names()) * cold
+        self._total = rounds + len(self.wanted) + len(sets) + 1 + len(self._cold_names()) * cold
         found = {name: {"name": name, "fields": changed_fields(quality), "errors": {}, "frames": {}}
                  for name, quality in self.wanted.items()}  # fmt: skip
-        if errors:
-            self._judge_rays(found, sets)
+        self._judge_rays(found, sets)
         with tempfile.TemporaryDirectory() as folder:
             cache, clock = TableCache(folder), Clock(self.ctx, options.size)
-            self._judge_frames(found, clock, cache, errors)
+            self._judge_frames(found, clock, cache)
             table = self._time(found, clock, cache, wanted_features)
             machine = self._machine(clock)
             clock.release()
@@ -78,7 +78,7 @@ class Report:
         about = describe_context(self.ctx)
         copy = float(np.median(clock.copies))
         return {"renderer": about["renderer"], "version": about["version"], "clock": clock.name, "copy_seconds": copy,
-                "python": platform.python_version(), "system": platform.system()}  # fmt: skip
+                "python": platform.python_version(), "system": platform.system(), "cores": os.cpu_count()}  # fmt: skip
 
     def _judge_rays(self, found, sets):
         """Probe every candidate on every set of rays."""
@@ -92,14 +92,13 @@ class Report:
             found[name]["budget"] = probes.budget(quality)
         probes.release()
 
-    def _judge_frames(self, found, clock, cache, errors):
+    def _judge_frames(self, found, clock, cache):
         """Compute tables, weigh the textures, and judge a frame of each camera."""
         options = self.options
         judge = FrameErrors(self.ctx, self.cameras, options.size, self.scene, options.pixels, options.seed)
-        if errors:
-            for name in self.cameras:
-                judge.truth(name)
-            self._step("errors: frames")
+        for name in self.cameras:
+            judge.truth(name)
+        self._step("errors: frames")
         tables = {}
         for name, quality in self.wanted.items():
             if _tables_of(quality) not in tables:
@@ -109,8 +108,7 @@ class Report:
             with Renderer(self.ctx, self.scene, self.options.size, quality, cache=cache) as renderer:
                 for camera_name, camera in self.cameras.items():
                     frame = renderer.render(camera)
-                    if errors:
-                        found[name]["frames"][camera_name] = judge.judge(frame, camera_name)
+                    found[name]["frames"][camera_name] = judge.judge(frame, camera_name)
                 found[name]["memory"] = texture_bytes() - before
             self._step(f"frames: {name}")
 

@@ -6,7 +6,7 @@ from shadowatmo.quality import METHODS, NAMED, Quality
 
 FULL = (  # nodes and multiple of "segments", pixel by pixel
     (3, "balanced"), (4, "balanced"), (6, "balanced"), (8, "balanced"), (8, "accurate"), (12, "accurate"),
-    (12, "finest"), (16, "accurate"), (20, "accurate"), (20, "finest"), (24, "finest"),
+    (12, "finest"), (20, "accurate"), (20, "finest"),
 )  # fmt: skip
 STEPS = (8, 16, 32, 64, 128)  # of "march"
 TILED = (  # nodes, multiple and tolerance of frames interpolated between tiles

@@ -81,6 +81,16 @@ def test_ratios_are_of_medians():
     assert ratio_noise(np.array([(8.0, 1.0), (12.0, 1.0), (9.0, 1.0), (11.0, 1.0)])) > 0.5
 
 
+@pytest.mark.parametrize("uses_cpu", [True, False])
+def test_clocks_run_on_both_kinds_of_renderer(ctx, uses_cpu):
+    clock = Clock(ctx, (256, 256), uses_cpu)
+    small = Clock(ctx, (16, 16), uses_cpu)
+    assert np.median([clock.copy() for _ in range(9)]) > np.median([small.copy() for _ in range(9)]) > 0
+    assert clock.pairs(ctx.clear, 3).shape == (3, 2) and ("CPU" in clock.name) == uses_cpu
+    for each in (clock, small):
+        each.release()
+
+
 def test_the_front_holds_what_nothing_beats():
     points = [(3.0, 0.1), (1.0, 1.0), (2.0, 2.0), (4.0, 0.1), (5.0, 0.01)]
     assert front(points) == [1, 0, 4]
