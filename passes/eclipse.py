@@ -72,6 +72,17 @@ def visibility_rows(k, limb_darkening) -> np.ndarray:
     return disc_visibility(k, delta, limb_darkening)
 
 
+def bilinear_cells(rows) -> np.ndarray:
+    """Return a + b x + z (c + d x) of every cell of a table (n, m) as (n, m, 4): the last row and column go on evenly.
+
+    One exact fetch of four numbers costs a renderer on the CPU half of what a filtered one of a single number does.
+    """
+    padded = np.pad(rows, ((0, 1), (0, 1)), mode="edge")
+    corner = padded[:-1, :-1]
+    across, down = padded[:-1, 1:] - corner, padded[1:, :-1] - corner
+    return np.stack([corner, across, down, padded[1:, 1:] - corner - across - down], axis=-1)
+
+
 def wide_rows(low, high) -> tuple[np.ndarray, tuple]:
     """Return ratios k (WIDE_ROWS,) from `low` to `high`, and the four numbers that give the row of a ratio.
 
@@ -118,11 +129,9 @@ class Eclipse(RenderPass):
         return moons.defines(), moons.uniforms(), samplers
 
     def _visibility(self, moons):
-        data = np.concatenate([visibility_rows(k, moons.sun.limb_darkening) for k in moons.ratios()]).astype(np.float32)
-        texture = self.own(self.ctx.texture((COLUMNS, len(data)), 1, data.tobytes(), dtype="f4"))
-        texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
-        texture.repeat_x = texture.repeat_y = False
-        return texture
+        rows = [bilinear_cells(visibility_rows(k, moons.sun.limb_darkening)) for k in moons.ratios()]
+        data = np.concatenate(rows).astype(np.float32)
+        return self.own(self.ctx.texture(data.shape[1::-1], 4, data.tobytes(), dtype="f4"))
 
     def _overlaps(self, moons):
         target = self.own(Target(self.ctx, (moons.texels, moons.texels * OVERLAP_LAYERS), color=("r32f",)))
@@ -174,7 +183,7 @@ class EclipseMoons:
         defines = {"HAS_ECLIPSE": True}
         if len(self):
             rows = NARROW_ROWS * len(self.narrow) + WIDE_ROWS * len(self.wide)
-            defines |= {"HAS_MOON_TABLES": True, "VISIBILITY_COLUMNS": COLUMNS, "VISIBILITY_ROWS": rows}
+            defines |= {"HAS_MOON_TABLES": True, "VISIBILITY_COLUMNS": COLUMNS - 1, "VISIBILITY_ROWS": rows}
         if self.narrow:
             defines |= {"HAS_NARROW_MOONS": True, "NARROW_MOONS": len(self.narrow), "NARROW_ROWS": NARROW_ROWS}
         if self.wide:

@@ -13,7 +13,7 @@ from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.multiple import OUTPUTS, multiple_defines, multiple_samplers, multiple_uniforms, path_defines
 from shadowatmo.passes.multiple_view import is_high
 
-CELLS = {"balanced": (33, 19), "accurate": (81, 46)}  # corners of cells across and up
+CELLS = {"balanced": (25, 15), "accurate": (81, 46)}  # corners of cells across and up
 SLICES = {("balanced", False): 6, ("balanced", True): 3, ("accurate", False): 8, ("accurate", True): 6}  # high camera
 NODES = {"balanced": 6, "accurate": 12}
 TERMS = 4  # degree of the source's harmonics
@@ -88,7 +88,7 @@ class EclipseView(RenderPass):
         slices = kind["CELL_SLICES"]
         if slices not in self._targets:
             width, height = CELLS[effort]
-            self._targets[slices] = self.own(Target(self.ctx, (width, height * slices), color=("rgba32f",)))
+            self._targets[slices] = self.own(Target(self.ctx, (width, height * slices), color=("rgba16f",)))
             self._targets[slices].color[0].filter = (self.ctx.LINEAR, self.ctx.LINEAR)
         count = NODES[effort]
         defines = {**ratio[0], **medium_defines(atmosphere), **multiple_defines(RECIPES[effort])}

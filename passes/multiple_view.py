@@ -9,13 +9,13 @@ from shadowatmo.passes.constants import medium_defines, medium_uniforms, segment
 from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.multiple import multiple_defines, multiple_samplers, multiple_uniforms, path_defines
 
-CELL = 16  # pixels
+CELLS = {False: 16, True: 20}  # pixels, by whether the frame is interpolated between samples
 FIRST = 0.375  # scale of the slices' distances in Rayleigh scale heights: uniform below, logarithmic beyond
 HIGH_ALTITUDE = 2.5  # of the camera, in scale heights of the higher layer, from which the table goes by geometry
-GEOMETRY_SIZES = {False: (49, 96), True: (65, 128)}  # azimuths, rows of both halves, by whether the camera is high
+GEOMETRY_SIZES = {False: (49, 96), True: (65, 128)}  # azimuths, rows of both halves; the finer one for high cameras
 SLICES = {False: 12, True: 6}  # by whether the camera is high
 LOWEST = 1.0  # m, altitude of the camera that the table by geometry still tells from the ground
-NODES = {False: 8, True: 10}
+NODES = {False: 8, True: 10}  # by whether it is the finer one
 
 
 def has_whole_paths(view, textures) -> bool:
@@ -67,13 +67,22 @@ def _kind(view, textures):
     if has_whole_paths(view, textures):
         return {"SLICES": 1, "HAS_HIGH_CAMERA": True, "HAS_WHOLE_PATHS": True}
     high = is_high(view)
-    return {"SLICES": SLICES[high], **({"HAS_HIGH_CAMERA": True} if high else {"CELL": CELL})}
+    return {"SLICES": SLICES[high], **({"HAS_HIGH_CAMERA": True} if high else {"CELL": _cell(view)})}
+
+
+def _cell(view):
+    return CELLS[view.quality.tolerance > 0.0]
+
+
+def _is_fine(view, textures):
+    """Return whether a high camera's table has all its texels: not where slices must be paid between samples."""
+    return is_high(view) and (view.quality.tolerance == 0.0 or has_whole_paths(view, textures))
 
 
 def _size(view, textures):
     if _by_geometry(view, textures):
-        return GEOMETRY_SIZES[is_high(view)]
-    return tuple(-(-n // CELL) + 1 for n in view.size)
+        return GEOMETRY_SIZES[_is_fine(view, textures)]
+    return tuple(-(-n // _cell(view)) + 1 for n in view.size)
 
 
 class MultipleView(RenderPass):
@@ -95,7 +104,8 @@ class MultipleView(RenderPass):
             target = self.own(Target(self.ctx, size, color=("rgba32f",)))
             target.color[0].filter = (self.ctx.LINEAR, self.ctx.LINEAR)
             self._targets[size] = target
-        defines = {**medium_defines(atmosphere), **multiple_defines(recipe), **path_defines(NODES[is_high(view)], 2)}
+        nodes = path_defines(NODES[_is_fine(view, textures)], 2)
+        defines = {**medium_defines(atmosphere), **multiple_defines(recipe), **nodes}
         uniforms = {**view.camera_uniforms(), **medium_uniforms(atmosphere), **segment_uniforms(atmosphere)}
         uniforms |= {**multiple_uniforms(atmosphere), **view_uniforms(view, sun, textures), **view.axis_uniforms(sun)}
         defines |= {"TERMS": 4, **kind}

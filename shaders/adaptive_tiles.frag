@@ -185,17 +185,19 @@ void main() {
     vec3 radiance = texelFetch(u_light, corner, 0).rgb;
     same = same && through.a == code;
     any_shadow = any_shadow || code_has(through.a, SHADOW_BEHIND);
-    darkest = min(darkest, brightest(radiance));
+    vec3 background = vec3(0.0);
+#ifdef HAS_BACKGROUND
+    background = abs(texelFetch(u_background, sample_texel(vec2(corner)), 0).rgb);
+#endif
+    darkest = min(darkest, brightest(radiance + through.rgb * background));
     lit += 0.25 * radiance;
     passed += 0.25 * through.rgb;
-#ifdef HAS_BACKGROUND
-    behind += 0.25 * abs(texelFetch(u_background, sample_texel(vec2(corner)), 0).rgb);
-#endif
+    behind += 0.25 * background;
     bend(corner, ivec2(1, 0), code, light, clear);
     bend(corner, ivec2(0, 1), code, light_up, clear_up);
   }
   bool edge = on_limb(tile, pixel);
-  float pixel_level = max(darkest + brightest(passed * behind), DARKEST * v_brightest);
+  float pixel_level = max(darkest, DARKEST * v_brightest);
   // Beside an edge one of two neighbors is of another kind, and towards it the frame often bends the more.
   float doubt = clear.a < 4.0 ? 2.0 : 1.0;
   float doubt_up = clear_up.a < 4.0 ? 2.0 : 1.0;
@@ -209,7 +211,7 @@ void main() {
   bool flat_enough = true;
 #ifdef HAS_DRAWN_DEPTH
   vec3 share = lit - passed * log(max(passed, 1.0e-20)) * behind;
-  float weight = min(brightest(share) / max(brightest(lit + passed * behind), 1.0e-30), 1.0);
+  float weight = min(brightest(share) / max(pixel_level, 1.0e-30), 1.0);
   flat_enough = depth_error(tile, pixel, number) * weight <= u_tolerance;
 #endif
   bool refused = !same || edge || on_peak(tile) || !smooth_enough || !flat_enough;

@@ -100,30 +100,56 @@ vec3 ground_ratio_under(vec3 up, int moon, float visible) {
 
 #ifdef HAS_MOON_SUM
 // What several moons leave, from what each alone does: they add up as far as their discs do not overlap on the sun. Where
-// they do, or where little is left and differences mean nothing, the remainders over shade() multiply.
+// they do, or where little is left and differences mean nothing, the remainders over shade() multiply: that of the moon
+// that hides most, and of the others as much as they hide besides.
 struct MoonSum {
   vec3 sum;
-  vec3 remainder;
-  float visible;  // if no discs overlapped
+  vec3 remainders;  // their logarithms
+  vec3 leading;     // those weighted by `weight`
+  float hidden;
+  float most;       // what is hidden, weighted
+  float weight;
 };
 
-const MoonSum NO_MOONS = MoonSum(vec3(1.0), vec3(1.0), 1.0);
+const MoonSum NO_MOONS = MoonSum(vec3(1.0), vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0);
 
 void add_moon(vec3 ratio, float visible, inout MoonSum moons) {
+  vec3 remainder = log(max(ratio / shade(visible), 1.0e-9));
+  float hidden = 1.0 - visible;
+  float square = hidden * hidden;
+  float weight = square * square * square * square + 1.0e-30;
   moons.sum -= 1.0 - ratio;
-  moons.remainder *= ratio / shade(visible);
-  moons.visible -= 1.0 - visible;
+  moons.remainders += remainder;
+  moons.leading += weight * remainder;
+  moons.hidden += hidden;
+  moons.most += weight * hidden;
+  moons.weight += weight;
 }
 
 vec3 moons_leave(MoonSum moons, float visible) {
-  float overlap = visible - moons.visible;
+  vec3 leading = moons.leading / moons.weight;
+  float most = moons.most / moons.weight;
+  float others = moons.hidden - most;
+  float besides = others > 1.0e-6 ? clamp((1.0 - visible - most) / others, 0.0, 1.0) : 1.0;
+  vec3 product = shade(visible) * exp(leading + besides * (moons.remainders - leading));
+  float overlap = visible - 1.0 + moons.hidden;
   float weight = max(smoothstep(0.0, 0.02, overlap), 1.0 - smoothstep(0.02, 0.2, visible));
-  return mix(max(moons.sum + overlap, 0.0), shade(visible) * moons.remainder, weight);
+  return mix(max(moons.sum + overlap, 0.0), product, weight);
 }
 #endif
 
-// The source under all moons.
+// Share of the light that passes all rings: wide against the paths of scattered light, they dim it where it is scattered.
+float rings_leave(vec3 point) {
+  float share = 1.0;
+#ifdef HAS_RINGS
+  for (int i = 0; i < RINGS; ++i) share *= ring_visibility(point * u_sun_axes, i);
+#endif
+  return share;
+}
+
+// The source under all moons and rings.
 vec3 eclipsed_source(vec3 source, vec3 mean, vec2 step, vec3 point, vec3 direction, float altitude) {
+  float rings = rings_leave(point);
 #ifdef HAS_MOON_SUM
   MoonSum moons = NO_MOONS;
   for (int i = 0; i < OCCLUDERS; ++i) {
@@ -131,23 +157,24 @@ vec3 eclipsed_source(vec3 source, vec3 mean, vec2 step, vec3 point, vec3 directi
     vec3 shaded = source_under(source, mean, step, point, direction, altitude, i, visible);
     add_moon(shaded / max(source, 1.0e-30), visible, moons);
   }
-  return source * moons_leave(moons, sun_visibility(point));
+  return rings * source * moons_leave(moons, sun_visibility(point) / max(rings, 1.0e-6));
 #else
-  return source_under(source, mean, step, point, direction, altitude, 0, visible_fraction(point, 0));
+  return rings * source_under(source, mean, step, point, direction, altitude, 0, visible_fraction(point, 0));
 #endif
 }
 
-// Skylight on the ground under all moons over that without them.
+// Skylight on the ground under all moons and rings over that without them.
 vec3 ground_ratio(vec3 up) {
   vec3 point = up * u_bottom_radius;
+  float rings = rings_leave(point);
 #ifdef HAS_MOON_SUM
   MoonSum moons = NO_MOONS;
   for (int i = 0; i < OCCLUDERS; ++i) {
     float visible = visible_fraction(point, i);
     add_moon(ground_ratio_under(up, i, visible), visible, moons);
   }
-  return moons_leave(moons, sun_visibility(point));
+  return rings * moons_leave(moons, sun_visibility(point) / max(rings, 1.0e-6));
 #else
-  return ground_ratio_under(up, 0, visible_fraction(point, 0));
+  return rings * ground_ratio_under(up, 0, visible_fraction(point, 0));
 #endif
 }

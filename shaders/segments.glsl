@@ -32,7 +32,8 @@ struct SinhMap {
 };
 
 float arsinh(float z) {
-  float magnitude = log(abs(z) + sqrt(z * z + 1.0));
+  float size = min(abs(z), 1.0e18);  // its square is a float
+  float magnitude = log(size + sqrt(size * size + 1.0));
   return z < 0.0 ? -magnitude : magnitude;
 }
 

@@ -13,7 +13,7 @@ out vec4 out_visibility;
 
 void main() {
   Pixel pixel = make_pixel(gl_FragCoord.xy);
-  float distance = host_distance(pixel);
+  float distance = host_distance(ivec2(gl_FragCoord.xy), pixel);
   vec3 off = u_shadow_axis.off + distance * cross(pixel.direction, u_shadow_axis.direction);
   float z = u_shadow_axis.z + distance * dot(pixel.direction, u_shadow_axis.direction);
   float visible = z > 0.0 && dot(off, off) < u_bottom_radius * u_bottom_radius ? 0.0 : 1.0;

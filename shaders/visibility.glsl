@@ -35,10 +35,13 @@ uniform vec3 u_overlap_scale;  // 1/m
 #endif
 
 #ifdef HAS_MOON_TABLES
-// The table at a place across the penumbra, 0..1, and at a row of it. Beyond its ends the texture itself goes on evenly.
+// The table at a place across the penumbra, 0..1, and at a row of it: one fetch of a cell's bilinear form.
 float visibility_row(float across, float row) {
-  vec2 place = vec2(across * float(VISIBILITY_COLUMNS - 1), row) + 0.5;
-  return texture(u_visibility, place * (1.0 / vec2(VISIBILITY_COLUMNS, VISIBILITY_ROWS))).x;
+  vec2 place = vec2(clamp(across, 0.0, 1.0) * float(VISIBILITY_COLUMNS), row);
+  ivec2 cell = ivec2(place);
+  vec4 form = texelFetch(u_visibility, cell, 0);
+  vec2 inside = place - vec2(cell);
+  return form.x + inside.x * form.y + inside.y * (form.z + inside.x * form.w);
 }
 #endif
 

@@ -268,6 +268,9 @@ def test_moons_whose_discs_are_apart_add_up(ctx):
         for o in ((first,), (first, second))
     )
     assert np.all(both > 0.3 * alone) and np.all(both < 1.001 * alone)
+    # a second moon right before the first takes nothing more
+    twice = first, dataclasses.replace(first, center=np.array(first.center) * 1.0001)
+    assert np.allclose(light(ctx, sa.Scene(suns=SUN, occluders=twice), (R + 2.0) * up, rays).multiple, alone, rtol=0.1)
 
 
 def test_no_moon_no_text():

@@ -72,8 +72,8 @@ def test_frames_from_everywhere(ctx, place):
         coarse = 2e-7 * ALTITUDES[place] if quality is TEXTURES and ALTITUDES[place] < 5e8 else 0.0
         for found, wanted in ((lit, truth.lit), (shadow, truth.shadow)):
             assert np.percentile(np.abs(found - wanted), 95) < 0.5 + coarse
-            # rays that graze the ground or the shadow's edge turn 0.1 m into 10
-            assert np.max(np.abs(found - wanted)) < 10.0 + 3.0 * coarse
+            # rays that graze the ground or the shadow's edge turn 0.3 m into 15
+            assert np.max(np.abs(found - wanted)) < 20.0 + 3.0 * coarse
 
 
 @pytest.mark.parametrize("fov", [0.01, 175.0])
