@@ -5,6 +5,9 @@
 #ifdef HAS_SEGMENTS
 #include "segments.glsl"
 #endif
+#ifdef HAS_MARCH
+#include "march.glsl"
+#endif
 #ifdef HAS_TABLE3D
 #include "table3d.glsl"
 #endif
