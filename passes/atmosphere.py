@@ -117,8 +117,10 @@ def composite_inputs(view, textures, sun, first) -> tuple[tuple, tuple, tuple]:
         method_defines = {**method_defines, "HAS_TABLE4D_VIEW": True}
         method_samplers |= {f"u_{name}": textures[name] for name in VIEW_TEXTURES}
     air = method_defines, method_uniforms, method_samplers
-    moons = eclipse_inputs(sun, textures) if method in PATH_METHODS else NOTHING
+    moons = eclipse_inputs(sun, textures) if method != "widths" else NOTHING
     if moons[0]:
+        if method in TABLE_METHODS:
+            air = joined(air, ({"HAS_TABLE_ECLIPSE": True}, {}, {}))
         air = joined(air, moons, ({}, {"u_camera_position": view.position}, {}))
     if "multiple_view" in textures and view.quality.method in PATH_METHODS:
         more = {**multiple_uniforms(view.scene.atmosphere), **view_uniforms(view, sun, textures)}

@@ -14,6 +14,9 @@
 #ifdef HAS_TABLE4D
 #include "table4d.glsl"
 #endif
+#ifdef HAS_TABLE_ECLIPSE
+#include "table_eclipse.glsl"
+#endif
 #ifdef HAS_WIDTHS
 #include "path_widths.glsl"
 #endif
@@ -60,6 +63,9 @@ Scattered air_radiance(vec2 fragment, Pixel pixel, Ray ray, vec4 cuts) {
   eclipse_direction = pixel.direction;
 #endif
   Scattered air = scatter(ray, sun, dot(across, across), cuts);
+#ifdef HAS_TABLE_ECLIPSE
+  air.radiance *= path_visibility(ray, sun, cuts);
+#endif
 #ifdef HAS_MULTIPLE_VIEW
 #ifdef HAS_HIGH_CAMERA
   vec3 multiple = multiple_inscatter(ray, pixel.direction, cuts.w, air.transmittance);
