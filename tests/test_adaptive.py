@@ -58,6 +58,12 @@ def test_on_is_off_by_other_means(ctx, quality):
         assert holds(errors(smooth, full)), name
 
 
+def test_from_afar_all_orders_are_what_they_are_without(ctx):
+    """High cameras keep the texels of the view table: only slices that hold no path of theirs are left out."""
+    full, smooth, _ = both(ctx, SCENE, CAMERAS["20 000 km, half phase"], quality=sa.Quality(depth="textures"))
+    assert holds(errors(smooth, full))
+
+
 def test_full_size_costs_a_tenth(ctx):
     full, smooth, tiles = both(ctx, SCENE, CAMERAS["2 m, sunset"], (1280, 720))
     assert holds(errors(smooth, full))
