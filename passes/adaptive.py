@@ -15,6 +15,7 @@ from shadowatmo.passes.eclipse import shading_occluders
 from shadowatmo.passes.gl.functions import gl_functions
 from shadowatmo.passes.gl.shader import bind_textures, build_program, set_uniforms
 from shadowatmo.passes.gl.textures import Target
+from shadowatmo.passes.terminator import terminator_inputs
 from shadowatmo.passes.widths import cuts_inputs
 from shadowatmo.shadow import penumbra_cone, umbra_cone
 
@@ -24,7 +25,7 @@ GL_POINT_SIZE_RANGE = 0x0B12
 LOBE_REACH = 4.0  # a forward lobe narrower than as many tiles is drawn pixel by pixel within as many of its widths
 
 DRAWN_PER_PIXEL = ("HAS_BACKGROUND", "HAS_SUN_DISC", "HAS_MOONS", "MOONS")  # what samples do not hold
-DISC_UNIFORMS = ("u_sun_disc", "u_pixel_angle", "u_moons")
+DISC_UNIFORMS = ("u_sun_disc", "u_sun_toward", "u_pixel_angle", "u_moons")
 
 
 class AdaptiveComposite(RenderPass):
@@ -47,6 +48,7 @@ class AdaptiveComposite(RenderPass):
 
     def draw(self, view, textures, sun, first):
         seen, air, class_features = composite_inputs(view, textures, sun, first)
+        air = joined(air, terminator_inputs(view, sun))
         cuts = cuts_inputs(view, textures, sun)
         grid = {"u_light": self.grid.color[0], "u_clear": self.grid.color[1]}
         self._draw_grid(seen, air, cuts, class_features[MIXED])
@@ -72,13 +74,16 @@ class AdaptiveComposite(RenderPass):
     def _draw_tiles(self, view, sun, seen, cuts, grid):
         defines, uniforms, samplers = cuts
         defines = {**defines, "TILE_PIXELS": TILE}
-        uniforms = {**uniforms, "u_size": self.size, "u_tolerance": view.quality.tolerance, "u_peak": peak(view, sun)}
+        uniforms = {**uniforms, "u_size": self.size, "u_tolerance": view.quality.tolerance, "u_peak": peak(view)}
         samplers = {**samplers, **grid}
         if {"HAS_PLANET_DEPTH", "HAS_HOST_DEPTH"} & set(defines):
             defines["HAS_DRAWN_DEPTH"] = True
         if "HAS_BACKGROUND" in seen[0]:
             defines["HAS_BACKGROUND"] = True
             samplers["u_background"] = seen[2]["u_background"]
+        if view.scene.sun_disc:
+            defines["HAS_SUN_DISC"] = True
+            uniforms["u_disc"] = disc_reach(view, sun)
         moons = shading_occluders(view.scene, sun)
         if moons and view.quality.method == "segments":
             defines |= {"HAS_ECLIPSE": True, "OCCLUDERS": len(moons)}
@@ -116,19 +121,22 @@ class AdaptiveComposite(RenderPass):
         framebuffer.viewport = 0, 0, *self.size
 
 
-def peak(view, sun) -> tuple[float, float]:
+def peak(view) -> tuple[float, float]:
     """Return the sine of the angle from the sun in which a peak of the sky may hide between samples, and its side.
 
     0 where there is none; the side is -1 for a lobe that scatters back.
     """
     tile = math.sqrt(0.5) * TILE * view.pixel_angle
-    disc = sun_disc_uniforms(view, sun)["u_sun_disc"][0] + view.pixel_angle if view.scene.sun_disc else 0.0
     g = view.scene.atmosphere.mie_g
     lobe = 1.0 - abs(g)
     reach = LOBE_REACH * lobe if lobe < LOBE_REACH * tile else 0.0
-    if disc >= reach or g > 0.0:
-        return min(max(disc, reach), 1.0), 1.0
-    return min(reach, 1.0), -1.0
+    return min(reach, 1.0), 1.0 if g > 0.0 else -1.0
+
+
+def disc_reach(view, sun) -> tuple[float, float, float, float]:
+    """Return the unit vector to a sun's disc and the sine of the angle that it takes, its soft edge included."""
+    disc = sun_disc_uniforms(view, sun)
+    return *disc["u_sun_toward"], min(disc["u_sun_disc"][0] + view.pixel_angle, 1.0)
 
 
 def moon_shadows(view, sun, moons) -> dict:

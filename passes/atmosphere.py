@@ -7,6 +7,7 @@ equality shades exactly the pixels of that class: hardware and software rasteriz
 import math
 
 import moderngl
+import numpy as np
 
 from shadowatmo.passes.base import RenderPass, depth_test
 from shadowatmo.passes.constants import (
@@ -17,6 +18,7 @@ from shadowatmo.passes.constants import (
     transmittance_defines,
 )
 from shadowatmo.passes.eclipse import eclipse_inputs, moon_discs
+from shadowatmo.passes.eclipse_view import eclipse_view_inputs
 from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.multiple import multiple_uniforms
 from shadowatmo.passes.multiple_view import view_defines, view_uniforms
@@ -25,6 +27,7 @@ from shadowatmo.passes.table4d import table4d_method
 from shadowatmo.passes.table4d_view import VIEW_TEXTURES
 from shadowatmo.passes.table_build import inscatter_samplers
 from shadowatmo.passes.table_probe import TABLE_METHODS
+from shadowatmo.passes.terminator import terminator_inputs
 from shadowatmo.passes.transmittance import table_samplers
 
 # by class: no air, one lit piece, one lit piece and a shadow, a shadow between two lit pieces
@@ -34,6 +37,8 @@ CLASS_FEATURES = (
     {"HAS_AIR": True, "HAS_SHADOW": True},
     {"HAS_AIR": True, "HAS_SHADOW": True, "HAS_TWO_PIECES": True},
 )
+NOTHING = {}, {}, {}  # defines, uniforms and samplers
+HIGH_SUN_CLASS = {"HAS_AIR": True}  # one lit piece again, in the light of a finite disc that may be taken for a point
 WIDTHS_OPACITY = 0.6  # of a unit of brightness, for the method "widths"
 
 
@@ -57,14 +62,16 @@ class AtmosphereComposite(RenderPass):
         if not first:
             self.ctx.enable(moderngl.BLEND)
             self.ctx.blend_func = moderngl.ONE, moderngl.ONE, moderngl.ZERO, moderngl.ONE
+        if view.has_terminator(sun):
+            class_features = (*class_features, HIGH_SUN_CLASS)
         with depth_test(self.ctx, "=="):
             for number, features in enumerate(class_features):
                 if number == 0 and view.is_inside:
                     continue  # every ray meets the air
-                defines, uniforms, samplers = joined(seen, air) if features else seen
-                more = {"u_class": number}
-                vertex = "class.vert"
-                self.fullscreen("atmosphere.frag", {**defines, **features}, {**uniforms, **more}, samplers, vertex)
+                disc = NOTHING if features is HIGH_SUN_CLASS else terminator_inputs(view, sun)
+                own = features, {"u_class": number}, {}
+                inputs = joined(seen, air, disc, own) if features else joined(seen, own)
+                self.fullscreen("atmosphere.frag", *inputs, vertex="class.vert")
         self.ctx.disable(moderngl.BLEND)
         self.ctx.blend_func = moderngl.ONE, moderngl.ZERO
         textures["color"] = self.target.color[0]
@@ -108,20 +115,31 @@ def composite_inputs(view, textures, sun, first) -> tuple[tuple, tuple, tuple]:
         method_defines = {**method_defines, "HAS_TABLE4D_VIEW": True}
         method_samplers |= {f"u_{name}": textures[name] for name in VIEW_TEXTURES}
     air = method_defines, method_uniforms, method_samplers
-    moons = eclipse_inputs(view.scene, sun, textures) if method == "segments" else ({}, {}, {})
+    moons = eclipse_inputs(sun, textures) if method == "segments" else NOTHING
     if moons[0]:
         air = joined(air, moons, ({}, {"u_camera_position": view.position}, {}))
     if "multiple_view" in textures and view.quality.method == "segments":
         more = {**multiple_uniforms(view.scene.atmosphere), **view_uniforms(view, sun, textures)}
         air = joined(air, (view_defines(view, textures), more, {"u_multiple_view": textures["multiple_view"]}))
+        if moons[0]:
+            air = joined(air, eclipse_view_inputs(view, textures))
     return (defines, uniforms, samplers), air, class_features
 
 
 def sun_disc_uniforms(view, sun) -> dict:
-    """Return the uniforms of sun_disc.glsl: the disc's mean radiance is the irradiance over its solid angle."""
-    sine = sun.radius / sun.distance
+    """Return the uniforms of sun_disc.glsl: the disc's mean radiance is the irradiance over its solid angle.
+
+    The disc stands where the camera sees it, as the moons before it do, which is not quite where all light comes from.
+    """
+    toward = sun.distance * np.array(sun.direction) - view.position
+    distance = float(np.linalg.norm(toward))
+    sine = min(sun.radius / max(distance, 1e-30), 1.0)
     center = 1.0 / (math.pi * sine * sine * (1.0 - sun.limb_darkening / 3.0))
-    return {"u_sun_disc": (sine, sun.limb_darkening, center), "u_pixel_angle": view.pixel_angle}
+    return {
+        "u_sun_disc": (sine, sun.limb_darkening, center),
+        "u_sun_toward": toward / max(distance, 1e-30),
+        "u_pixel_angle": view.pixel_angle,
+    }
 
 
 def segments_method(view):

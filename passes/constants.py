@@ -4,11 +4,19 @@ from functools import lru_cache
 
 import numpy as np
 
+from shadowatmo.extremes import (
+    closed_form_holds,
+    dominant_layer,
+    has_curved_ozone,
+    is_deep,
+    is_thick,
+    reach_altitude,
+)
 from shadowatmo.quadrature import cumulative_matrix, gauss_legendre
 from shadowatmo.ray import k_of
-from shadowatmo.segments import dominant_layer, nodes_for
+from shadowatmo.segments import nodes_for
 from shadowatmo.shadow import cylinder, umbra_cone
-from shadowatmo.transmittance import ozone_levels, ozone_ramps
+from shadowatmo.transmittance import COLUMN_NODES, ozone_altitudes, ozone_levels, ozone_ramps
 
 # by terms of the closed form: relative density at the top above which the column beyond it is worth subtracting
 TOP_DENSITY = {4: 1e-3, 6: 1e-5}
@@ -33,10 +41,16 @@ def medium_uniforms(atmosphere) -> dict:
         "u_mie_scattering": atmosphere.mie_scattering,
         "u_mie_extinction": atmosphere.mie_extinction,
     }
-    if atmosphere.ozone is not None:
+    if not closed_form_holds(atmosphere):
+        uniforms |= column_uniforms(COLUMN_NODES)
+    if is_deep(atmosphere):
+        uniforms["u_reach_k"] = k_of(atmosphere, reach_altitude(atmosphere))
+    if has_ozone(atmosphere):
         uniforms["u_ozone_extinction"] = atmosphere.ozone.extinction
         uniforms["u_ozone_k"] = ozone_levels(atmosphere)
         uniforms["u_ozone_ramps"] = ozone_ramps(atmosphere)
+        if has_curved_ozone(atmosphere):
+            uniforms["u_ozone_altitude"] = ozone_altitudes(atmosphere)
     return uniforms
 
 
@@ -46,8 +60,20 @@ def segment_uniforms(atmosphere) -> dict:
 
 
 def medium_defines(atmosphere) -> dict:
-    """Return the features of medium.glsl that an atmosphere asks for."""
-    return {"HAS_OZONE": True} if atmosphere.ozone is not None and any(atmosphere.ozone.extinction) else {}
+    """Return the features of medium.glsl and segments.glsl that an atmosphere asks for."""
+    features = {
+        "HAS_OZONE": has_ozone(atmosphere),
+        "HAS_CURVED_OZONE": has_ozone(atmosphere) and has_curved_ozone(atmosphere),
+        "HAS_DEEP_SHELL": is_deep(atmosphere),
+        "HAS_THICK_AIR": is_thick(atmosphere),
+    }
+    count = {} if closed_form_holds(atmosphere) else {"COLUMN_COUNT": COLUMN_NODES}
+    return {name: True for name, wanted in features.items() if wanted} | count
+
+
+def has_ozone(atmosphere) -> bool:
+    """Whether there is an absorbing layer that absorbs."""
+    return atmosphere.ozone is not None and any(atmosphere.ozone.extinction)
 
 
 def transmittance_defines(atmosphere, quality) -> dict:
@@ -57,6 +83,11 @@ def transmittance_defines(atmosphere, quality) -> dict:
     scale_height = max(atmosphere.rayleigh_scale_height, atmosphere.mie_scale_height)
     dense_top = np.exp(-atmosphere.thickness / scale_height) > TOP_DENSITY[quality.terms]
     return {"TERMS": quality.terms, **({"HAS_TOP": True} if dense_top else {})}
+
+
+def column_uniforms(count) -> dict:
+    """Return the rule of transmittance.glsl's quadrature, for COLUMN_COUNT = count."""
+    return {"u_column_rule": np.stack(gauss_legendre(count), axis=1), "u_column_count": count}
 
 
 def segment_defines(quality, atmosphere=None) -> dict:

@@ -17,7 +17,8 @@ class Frame:
     depth : moderngl.Texture
         Distance [m] along the pixel's ray to whatever solid is there, inf for none; R 32-bit float.
     lit_width, shadow_width : moderngl.Texture
-        Path [m] inside the air outside and inside the planet's shadow of sun 0, R 32-bit float.
+        Path [m] inside the air outside and inside the planet's shadow of sun 0, R 32-bit float. Of a sun with
+        `disc_at_terminator` the shadow is where the limb hides its whole disc.
 
     Notes
     -----

@@ -37,6 +37,7 @@ SHADERS = ("ray.glsl", "shadow.glsl", "medium.glsl", "phase.glsl", "transmittanc
         "_level.frag", "_mix.frag", "_resolve.frag",
     )
 )  # fmt: skip
+TWINS = ("harmonics.py", "multiple.py", "extremes.py")
 MEAN = 1.0 / math.sqrt(4.0 * math.pi)  # mean radiance of the zeroth harmonic
 BANDS = 4  # draws that a gather is cut into
 
@@ -123,7 +124,7 @@ class MultipleScattering(RenderPass):
     def key(self, atmosphere) -> str:
         """Return the name of the finished tables in a cache: of all that they depend on."""
         sources = (files("shadowatmo.shaders").joinpath(name).read_text("utf-8") for name in SHADERS)
-        twins = (files("shadowatmo").joinpath(name).read_text("utf-8") for name in ("harmonics.py", "multiple.py"))
+        twins = (files("shadowatmo").joinpath(name).read_text("utf-8") for name in TWINS)
         return TableCache.key(self.name, atmosphere, self.recipe, self.table.formats, *sources, *twins)
 
     def arrays(self) -> dict:

@@ -7,6 +7,7 @@ here (shadowatmo.ray, shadowatmo.shadow); from there on the shaders do in float3
 import numpy as np
 
 from shadowatmo import shadow
+from shadowatmo.eclipse_multiple import RATIO_RECIPES
 from shadowatmo.multiple_recipes import RECIPES
 from shadowatmo.passes.constants import (
     air_uniforms,
@@ -18,6 +19,7 @@ from shadowatmo.passes.constants import (
     transmittance_defines,
 )
 from shadowatmo.passes.eclipse import Eclipse, eclipse_inputs
+from shadowatmo.passes.eclipse_multiple import EclipseMultiple, ratio_inputs
 from shadowatmo.passes.gl.context import context_store
 from shadowatmo.passes.gl.shader import Fullscreen, bind_textures, build_program, set_uniforms
 from shadowatmo.passes.gl.state import preserve_state
@@ -32,6 +34,7 @@ from shadowatmo.passes.multiple import (
 from shadowatmo.passes.planning import warn_of_approximations
 from shadowatmo.passes.table_probe import TABLE_METHODS, table_light
 from shadowatmo.passes.tables import TableKeeper
+from shadowatmo.passes.terminator import night_uniforms, terminator_defines, terminator_uniforms
 from shadowatmo.passes.transmittance import TransmittanceTable, table_samplers
 from shadowatmo.quality import as_quality
 from shadowatmo.ray import ray_from_points
@@ -73,7 +76,7 @@ def probe(ctx, scene, origins, directions, t_max=None, quality="accurate") -> Pr
     """
     quality = as_quality(quality)
     rays = Rays.validated(origins, directions, t_max)
-    warn_of_approximations(scene)
+    warn_of_approximations(scene, quality)
     with preserve_state(ctx):
         return _Probe(ctx, scene, rays, quality).run()
 
@@ -83,6 +86,14 @@ def multiple_scattering(ctx, recipe) -> TableKeeper:
     keepers = context_store(ctx).setdefault("probe_tables", {})
     if recipe not in keepers:
         keepers[recipe] = TableKeeper(ctx, lambda: MultipleScattering(ctx, RECIPES[recipe]))
+    return keepers[recipe]
+
+
+def eclipse_multiple(ctx, recipe) -> EclipseMultiple:
+    """Return the context's own volumes of ratios of one recipe, likewise."""
+    keepers = context_store(ctx).setdefault("probe_ratios", {})
+    if recipe not in keepers:
+        keepers[recipe] = EclipseMultiple(ctx, RATIO_RECIPES[recipe], RECIPES[recipe])
     return keepers[recipe]
 
 
@@ -178,14 +189,17 @@ class _Probe:
         uniforms = {**medium_uniforms(atmosphere), **segment_uniforms(atmosphere)}
         uniforms["u_ground_albedo"] = atmosphere.ground_albedo
         uniforms |= cone_uniforms("u_shadow", shadow.cylinder(atmosphere.bottom_radius))
+        if sun.disc_at_terminator:
+            defines |= terminator_defines(sun, quality)
+            uniforms |= {**terminator_uniforms(sun), **night_uniforms(atmosphere, sun)}
         self.eclipse.draw(self.scene, self.tables)
-        moons = eclipse_inputs(self.scene, sun, self.tables)
+        moons = eclipse_inputs(sun, self.tables)
         defines |= moons[0]
         uniforms |= moons[1]
         textures = {"u_ray": self._texture(ray.x, ray.k, ray.tangent_k, ray.air)}
         textures |= self._axis_textures(axis, self.rays.t_max - ray.start)
         textures |= table_samplers(uniforms, self.tables)
-        if moons[2]:
+        if moons[0]:
             textures |= moons[2]
             textures |= {"u_base": self._texture(*self.base.T), "u_direction": self._texture(*self.rays.directions.T)}
         if quality.method in TABLE_METHODS:
@@ -201,6 +215,11 @@ class _Probe:
         defines |= {**multiple_defines(recipe), **path_defines(*counts), "HAS_AUREOLE": True}
         uniforms |= multiple_uniforms(atmosphere)
         textures |= multiple_samplers(self.tables)
+        eclipse_multiple(self.ctx, quality.multiple).draw(self.scene, self.tables)
+        ratio = ratio_inputs(self.scene, sun, self.tables, RATIO_RECIPES[quality.multiple])
+        if ratio[0]:
+            uniforms["u_node_count"] = counts[0]
+        defines, uniforms, textures = ({**a, **b} for a, b in zip((defines, uniforms, textures), ratio, strict=True))
         return self._draw("probe.frag", defines, uniforms, textures, 5)
 
     def _lengths(self, end_distance, center, radius):

@@ -1,9 +1,8 @@
 """The table of columns to the top of the air, for `Quality(transmittance="table")`."""
 
 from shadowatmo.passes.base import RenderPass
-from shadowatmo.passes.constants import glsl_array, medium_defines, medium_uniforms
+from shadowatmo.passes.constants import column_uniforms, medium_defines, medium_uniforms
 from shadowatmo.passes.gl.textures import Target
-from shadowatmo.quadrature import gauss_legendre
 
 TABLE_SIZE = (256, 64)  # zenith angle, altitude
 NODES = 40
@@ -23,11 +22,10 @@ class TransmittanceTable(RenderPass):
 
     def draw(self, atmosphere, textures):
         if atmosphere != self._atmosphere:
-            nodes, weights = gauss_legendre(NODES)
-            defines = {"HAS_TABLE_MAPPING": True, **medium_defines(atmosphere), "TERMS": 6, "NODE_COUNT": NODES}
-            defines |= {"NODE_VALUES": glsl_array(nodes), "WEIGHT_VALUES": glsl_array(weights)}
+            defines = {"HAS_TABLE_MAPPING": True, **medium_defines(atmosphere), "TERMS": 6, "COLUMN_COUNT": NODES}
             self.target.framebuffer.use()
-            self.fullscreen("transmittance.frag", defines, {**medium_uniforms(atmosphere), "u_table_size": self.size})
+            uniforms = {**medium_uniforms(atmosphere), **column_uniforms(NODES), "u_table_size": self.size}
+            self.fullscreen("transmittance.frag", defines, uniforms)
             self._atmosphere = atmosphere
         textures["column_table"] = self.target.color[0]
 

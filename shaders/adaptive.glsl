@@ -29,8 +29,8 @@ float path_code(ivec2 texel, Pixel pixel, Ray ray, vec4 cuts) {
   vec2 shadow = shadow_along(texel, pixel, ray);
   bool behind = min(shadow.y, ground >= 0.0 ? ground : ray.air) > max(shadow.x, 0.0);
   float code = WITH_AIR + (cuts.x < NOTHING ? WITH_SOLID : 0.0) + (ground >= 0.0 ? WITH_GROUND : 0.0);
-  if (cuts.z > cuts.y) code += WITH_SHADOW + (cuts.y > 0.0 ? LIT_BEFORE : 0.0) + (cuts.z < cuts.w ? LIT_BEHIND : 0.0);
-  return code + (behind ? SHADOW_BEHIND : 0.0);
+  if (is_cut(cuts)) code += WITH_SHADOW + (cuts.y > 0.0 ? LIT_BEFORE : 0.0) + (cuts.z < cuts.w ? LIT_BEHIND : 0.0);
+  return code + (behind || is_cut(cuts) ? SHADOW_BEHIND : 0.0);
 }
 
 bool code_has(float code, float part) { return mod(floor(code / part), 2.0) > 0.5; }

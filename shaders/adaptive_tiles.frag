@@ -10,7 +10,10 @@
 uniform sampler2D u_light;
 uniform sampler2D u_clear;
 uniform float u_tolerance;
-uniform vec2 u_peak;  // sine and cosine of an angle from the sun within which the sky peaks between corners; cosine: sign of its side
+uniform vec2 u_peak;  // sine of an angle from the sun's light within which the sky peaks between corners; its side, 1 or -1
+#ifdef HAS_SUN_DISC
+uniform vec4 u_disc;  // unit vector from the camera to the sun, sine of the angle that its disc takes
+#endif
 #ifdef HAS_BACKGROUND
 uniform sampler2D u_background;
 #endif
@@ -68,17 +71,26 @@ bool on_limb(Bounds tile, Pixel pixel) {
 bool near_shadow(Bounds tile, Pixel pixel) {
   float last = max(sqrt(u_top_k) - tile.x - tile.ray.start, 0.0);
   float margin = 2.0 * tile.angle * (last + tile.ray.start);
+#ifdef HAS_TERMINATOR
+  Cone wider = u_dusk;
+#else
   Cone wider = u_shadow;
+#endif
   wider.excess += margin;
   wider.near -= margin;
   vec2 shadow = cone_interval(pixel_axis_ray(pixel, tile.ray, u_shadow_axis), wider, 1.0);
   return shadow.x < last && shadow.y > 0.0;
 }
 
+bool within(Bounds tile, vec3 toward, float sine) {
+  return dot(tile.direction, toward) > 0.0 && length(cross(tile.direction, toward)) < sine + tile.angle;
+}
+
 bool on_peak(Bounds tile) {
-  vec3 to_peak = -u_peak.y * u_shadow_axis.direction;
-  return u_peak.x > 0.0 && dot(tile.direction, to_peak) > 0.0
-    && length(cross(tile.direction, to_peak)) < u_peak.x + tile.angle;
+#ifdef HAS_SUN_DISC
+  if (within(tile, u_disc.xyz, u_disc.w)) return true;
+#endif
+  return u_peak.x > 0.0 && within(tile, -u_peak.y * u_shadow_axis.direction, u_peak.x);
 }
 
 #ifdef HAS_ECLIPSE

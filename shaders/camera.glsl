@@ -47,12 +47,36 @@ struct Axis {
   float z;         // m, position . direction
 };
 
+// The base point [m]. From far away it is not the camera's position plus a distance, which cancel: the moment tells the
+// point of the ray that is the nearest to the center, to the digits of its own size.
+vec3 base_point(Pixel pixel, Ray ray, vec3 position) {
+#ifdef HAS_FAR_CAMERA
+  vec3 moment = u_moments * pixel.screen / pixel.stretch;
+  return cross(pixel.direction, moment) + ray.x * pixel.direction;
+#else
+  return position + ray.start * pixel.direction;
+#endif
+}
+
+// Its height [m] along an axis; cosine = that of ray and axis.
+float base_height(Pixel pixel, Ray ray, Axis axis, float cosine) {
+#ifdef HAS_FAR_CAMERA
+  return dot(base_point(pixel, ray, vec3(0.0)), axis.direction);
+#else
+  return axis.z + ray.start * cosine;
+#endif
+}
+
 AxisRay pixel_axis_ray(Pixel pixel, Ray ray, Axis axis) {
   vec3 normal = cross(pixel.direction, axis.direction);
+#ifdef HAS_FAR_CAMERA
+  vec3 off = cross(base_point(pixel, ray, vec3(0.0)), axis.direction);
+#else
   vec3 off = axis.off + ray.start * normal;
+#endif
   AxisRay result;
   result.dz = dot(pixel.direction, axis.direction);
-  result.z = axis.z + ray.start * result.dz;
+  result.z = base_height(pixel, ray, axis, result.dz);
   result.across = dot(normal, normal);
   result.drift = dot(off, normal);
   result.impact = dot(off, cross(axis.direction, normal));

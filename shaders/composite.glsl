@@ -18,6 +18,9 @@
 #include "multiple.glsl"
 #include "multiple_view.glsl"
 #endif
+#ifdef HAS_ECLIPSE_VIEW
+#include "eclipse_view.glsl"
+#endif
 #endif
 #ifdef HAS_SUN_DISC
 #include "sun_disc.glsl"
@@ -35,8 +38,7 @@ vec3 disc_radiance(Pixel pixel) {
 #ifdef HAS_MOONS
   hidden = behind_moons(pixel.direction);
 #endif
-  float sine = length(cross(pixel.direction, u_shadow_axis.direction));
-  return u_irradiance * sun_disc(sine, -dot(pixel.direction, u_shadow_axis.direction), hidden);
+  return u_irradiance * sun_disc(pixel.direction, hidden);
 }
 #endif
 
@@ -46,9 +48,9 @@ vec3 disc_radiance(Pixel pixel) {
 Scattered air_radiance(vec2 fragment, Pixel pixel, Ray ray, vec4 cuts) {
   vec3 across = cross(pixel.direction, u_shadow_axis.direction);
   float nu = -dot(pixel.direction, u_shadow_axis.direction);
-  vec2 sun = vec2(-u_shadow_axis.z + ray.start * nu, nu);
+  vec2 sun = vec2(-base_height(pixel, ray, u_shadow_axis, -nu), nu);
 #ifdef HAS_ECLIPSE
-  eclipse_base = u_camera_position + ray.start * pixel.direction;
+  eclipse_base = base_point(pixel, ray, u_camera_position);
   eclipse_direction = pixel.direction;
 #endif
   Scattered air = scatter(ray, sun, dot(across, across), cuts);
@@ -58,8 +60,12 @@ Scattered air_radiance(vec2 fragment, Pixel pixel, Ray ray, vec4 cuts) {
 #else
   vec3 multiple = multiple_inscatter(fragment, cuts.w, air.transmittance);
 #endif
+#ifdef HAS_ECLIPSE_VIEW
+  multiple *= eclipse_ratio(fragment, ray, cuts.w, air.visibility);
+#else
 #ifdef HAS_ECLIPSE
-  multiple *= diffuse_visibility(air.visibility);
+  multiple *= air.visibility;  // rings alone, wide against the paths of scattered light
+#endif
 #endif
   air.radiance += multiple;
 #endif

@@ -2,8 +2,14 @@
 
 #include "depth.glsl"
 #include "shadow_axis.glsl"
+#ifdef HAS_TERMINATOR
+#include "night.glsl"
+#endif
 
 uniform Cone u_shadow;
+#ifdef HAS_TERMINATOR
+uniform Cone u_dusk;
+#endif
 #ifdef HAS_DEPTH_TEXTURES
 uniform sampler2D u_shadow_back;
 uniform sampler2D u_shadow_front;
@@ -25,17 +31,16 @@ float drawn_distance(ivec2 texel, Pixel pixel) {
   return solid;
 }
 
-// Distance [m] from the camera to whatever solid the scene holds. The ground's sphere is part of it, solved and not
-// rasterized but for the published variant.
-float solid_distance(ivec2 texel, Pixel pixel, Ray ray) {
-  float solid = drawn_distance(texel, pixel);
+// Distance [m] from the base point to the ground, NOTHING where the ray does not meet it. The ground's sphere is solved, and
+// rasterized in the published variant alone.
+float ground_end(Ray ray) {
 #ifdef HAS_PLANET_DEPTH
 #ifdef HAS_PUBLISHED_DEPTH
-  return solid;
+  return NOTHING;
 #endif
 #endif
   float ground = ground_distance(ray);
-  return ray.air >= 0.0 && ground >= 0.0 ? min(solid, ray.start + ground) : solid;
+  return ray.air >= 0.0 && ground >= 0.0 ? ground : NOTHING;
 }
 
 // Where the ray's line enters and leaves the planet's shadow, as distances [m] from its base point.
@@ -59,17 +64,31 @@ float air_end(ivec2 texel, Pixel pixel, Ray ray) {
 // The distance [m] from the camera to the solid, and then cuts as distances [m] from the ray's base point: where the
 // shadow begins and ends, and the far end.
 vec4 path_cuts(ivec2 texel, Pixel pixel, Ray ray) {
-  float solid = solid_distance(texel, pixel, ray);
+  float solid = drawn_distance(texel, pixel);
+  float ground = ground_end(ray);
   float air = air_end(texel, pixel, ray);
   vec2 shadow = shadow_along(texel, pixel, ray);
-  float end = ray.air < 0.0 ? 0.0 : clamp(solid - ray.start, 0.0, max(air, 0.0));
+  // Not the distance of the ground from the camera: from far away that has lost the digits that count.
+  float end = ray.air < 0.0 ? 0.0 : clamp(min(solid - ray.start, ground), 0.0, max(air, 0.0));
+  solid = min(solid, ray.start + ground);
+#ifdef HAS_TERMINATOR
+  shadow = night_or_dusk(shadow, cone_interval(pixel_axis_ray(pixel, ray, u_shadow_axis), u_dusk, 1.0), end);
+#endif
   float from = clamp(shadow.x, 0.0, end);
   return vec4(solid, from, clamp(shadow.y, from, end), end);
 }
 
-// The same for a shader that draws paths of every kind: without a shadow there is one lit piece, not two that meet where
-// none begins.
+// Whether a path has a dark part, or is cut in two by the dusk of a finite disc.
+bool is_cut(vec4 cuts) {
+#ifdef HAS_TERMINATOR
+  if (cuts.y > 0.0 && cuts.z < cuts.w) return true;
+#endif
+  return cuts.z > cuts.y;
+}
+
+// The same for a shader that draws paths of every kind: without a cut there is one lit piece, not two that meet where no
+// shadow begins.
 vec4 solved_cuts(ivec2 texel, Pixel pixel, Ray ray) {
   vec4 cuts = path_cuts(texel, pixel, ray);
-  return cuts.z > cuts.y ? cuts : cuts.xwww;
+  return is_cut(cuts) ? cuts : cuts.xwww;
 }

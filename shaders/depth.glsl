@@ -46,9 +46,9 @@ float host_distance(ivec2 place, Pixel pixel) {
 #elif CONVENTION == CONVENTION_LINEAR
   float distance = d * pixel.stretch;
 #elif CONVENTION == CONVENTION_STANDARD
-  // far / (far - near) from the CPU would lose 1 - d; written so that an infinite far plane is a zero ratio.
+  // 1 - d is exact where it matters; and an infinite far plane is a zero ratio.
   float ratio = near / far;
-  float distance = d >= 1.0 ? NOTHING : near / (1.0 - d * (1.0 - ratio)) * pixel.stretch;
+  float distance = d >= 1.0 ? NOTHING : near / ((1.0 - d) + d * ratio) * pixel.stretch;
 #elif CONVENTION == CONVENTION_REVERSED
   float ratio = near / far;
   float distance = d <= 0.0 ? NOTHING : near / (ratio + d * (1.0 - ratio)) * pixel.stretch;

@@ -6,10 +6,22 @@ uniform vec3 u_rayleigh_scattering;  // 1/m at altitude 0
 uniform vec3 u_mie_scattering;       // 1/m at altitude 0
 uniform vec3 u_mie_extinction;       // 1/m at altitude 0
 
+#ifdef COLUMN_COUNT
+uniform vec2 u_column_rule[COLUMN_COUNT];  // of the quadrature of columns: nodes and weights on 0..1
+uniform int u_column_count;                // COLUMN_COUNT, unknown to the compiler: unrolled loops took it a minute
+#endif
+
+#ifdef HAS_DEEP_SHELL
+uniform float u_reach_k;  // m^2: k above which the layers no longer count
+#endif
+
 #ifdef HAS_OZONE
 uniform vec3 u_ozone_extinction;  // 1/m at the peak
 uniform vec3 u_ozone_k;           // m^2: k where the tent begins, peaks and ends
 uniform vec3 u_ozone_ramps;       // 1/m^2: change of its slope over k there
+#ifdef HAS_CURVED_OZONE
+uniform vec3 u_ozone_altitude;    // m: there; u_ozone_ramps is 1/m, over the altitude
+#endif
 #endif
 
 // Relative densities (molecules, aerosols) at an altitude [m]; below the ground they stay what they are on it.
@@ -20,6 +32,10 @@ vec3 optical_depth(vec3 columns) {
   vec3 tau = u_rayleigh_scattering * columns.x + u_mie_extinction * columns.y;
 #ifdef HAS_OZONE
   tau += u_ozone_extinction * columns.z;
+#endif
+#ifdef HAS_THICK_AIR
+  // Columns summed over few nodes may dip below zero, and in thick air exp would make infinity of that.
+  tau = max(tau, 0.0);
 #endif
   return tau;
 }

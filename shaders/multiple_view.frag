@@ -59,7 +59,7 @@ void main() {
     float r = u_bottom_radius + altitude_of(k);
     vec3 column = vec3(steps[i], 0.0);
 #ifdef HAS_OZONE
-    column.z = nodes[i].y * max(dot(u_ozone_ramps, max(k - u_ozone_k, 0.0)), 0.0);
+    column.z = nodes[i].y * ozone_density(k);
 #endif
     vec3 sun_columns = columns_to_top(k, y);
     vec3 light = y < 0.0 && k < y * y ? vec3(0.0) : exp(-optical_depth(sun_columns));

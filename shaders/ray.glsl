@@ -27,7 +27,14 @@ float altitude_of(float k) {
   return k / (u_bottom_radius + sqrt(max(square + k, 0.25 * square)));
 }
 
-float k_along(Ray ray, float t) { return ray.k + t * (t + 2.0 * ray.x); }
+float k_along(Ray ray, float t) {
+#ifdef HAS_DEEP_SHELL
+  // From the top of a shell far deeper than its air the base point's k is so large that it swamps what is near the ground.
+  float x = ray.x + t;
+  if (ray.k > abs(ray.tangent_k)) return ray.tangent_k + x * x;
+#endif
+  return ray.k + t * (t + 2.0 * ray.x);
+}
 
 // The root of t^2 + 2 x t + c = 0 that lies farther along the ray, where it exists (root = sqrt(x^2 - c)); q-root form.
 float far_root(float x, float c, float root) { return x > 0.0 ? -c / (x + root) : root - x; }
@@ -43,7 +50,7 @@ Ray make_ray(float x, float k, float tangent_k) {
   ray.x = outside ? -half_chord : x;
   ray.k = outside ? u_top_k : k;
   ray.air = outside ? 2.0 * half_chord : far_root(x, c, half_chord);
-  bool misses = tangent_k >= u_top_k || (outside && x >= 0.0);
+  bool misses = tangent_k >= u_top_k || (c >= 0.0 && x >= 0.0);
   if (misses) {
     ray.start = 0.0;
     ray.air = -1.0;

@@ -7,6 +7,11 @@
 
 #ifdef HAS_ECLIPSE
 #include "eclipse.glsl"
+
+const float LEAST_LIGHT = 1.0e-3;  // m; what an unlit node counts, so that every path has a mean visibility
+#endif
+#ifdef HAS_TERMINATOR
+#include "terminator.glsl"
 #endif
 #include "phase.glsl"
 #include "transmittance.glsl"
@@ -27,11 +32,64 @@ struct SinhMap {
 };
 
 float arsinh(float z) {
-  float magnitude = log(abs(z) + sqrt(z * z + 1.0));
+  float size = min(abs(z), 1.0e18);  // its square is a float
+  float magnitude = log(size + sqrt(size * size + 1.0));
   return z < 0.0 ? -magnitude : magnitude;
 }
 
+#ifdef HAS_THICK_AIR
+// An optical depth that grows along the ray, up to a constant: twice the tangent's less the rest. A bound of the closed
+// form, 1 percent off.
+vec2 outward_columns(float x, float altitude) {
+  vec2 scale = sqrt(2.0 * u_scale_height * (u_bottom_radius + altitude));
+  vec2 z = x / scale;
+  return scale * densities(altitude) / (z + sqrt(z * z + 4.0 / PI));
+}
+vec3 slant_depth(Ray ray, float t) {
+  float x = ray.x + t;
+  vec2 columns = outward_columns(abs(x), altitude_of(k_along(ray, t)));
+  if (x >= 0.0) columns = 2.0 * outward_columns(0.0, altitude_of(max(ray.tangent_k, 0.0))) - columns;
+  return optical_depth(vec3(columns, 0.0));
+}
+
+float largest(vec3 v) { return max(max(v.x, v.y), v.z); }
+float smallest(vec3 v) { return min(min(v.x, v.y), v.z); }
+float largest_extinction(Ray ray, float t) {
+  return largest(optical_depth(vec3(densities(altitude_of(k_along(ray, t))), 0.0)));
+}
+
+// Center, width and far end of a map go where something can be seen: the center to an optical depth of 1 in the thickest
+// channel, the far end to 16 in the thinnest. Where the air is dense from the near end on, the
+// center goes there; beneath a dense top the light may even come from a hair of the piece. Pieces of an optical depth
+// below 10 need no such care.
+void see_no_farther(Ray ray, float near, inout float far, inout SinhMap map) {
+  vec3 before = slant_depth(ray, near);
+  if (largest(slant_depth(ray, far) - before) <= 10.0) return;
+  vec2 low = vec2(near);
+  vec2 high = vec2(far);
+  for (int i = 0; i < 24; ++i) {
+    vec2 middle = 0.5 * (low + high);
+    bvec2 beyond = bvec2(largest(slant_depth(ray, middle.x) - before) > 1.0, smallest(slant_depth(ray, middle.y) - before) > 16.0);
+    low = mix(middle, low, vec2(beyond));
+    high = mix(high, middle, vec2(beyond));
+  }
+  float here = largest_extinction(ray, near);
+  float there = largest_extinction(ray, high.x);
+  bool immersed = here > 0.2 * there;
+  map.center = immersed ? near : high.x;
+  bool below_top = k_along(ray, near) > 0.999 * u_top_k;
+  map.width = (immersed ? (below_top ? 0.05 : 1.0) : 3.0) / max(immersed ? here : there, 1.0e-30);
+  far = high.y;
+}
+#endif
+
 SinhMap make_map(Ray ray, float near, float far) {
+#ifdef HAS_DEEP_SHELL
+  // Only where the layers count do nodes pay.
+  float half_chord = safe_sqrt(u_reach_k - ray.tangent_k);
+  near = clamp(-ray.x - half_chord, near, far);
+  far = clamp(-ray.x + half_chord, near, far);
+#endif
   float scale = u_dominant.x;
   float lowest = clamp(-ray.x, near, far);
   float altitude = altitude_of(k_along(ray, lowest));
@@ -43,6 +101,9 @@ SinhMap make_map(Ray ray, float near, float far) {
   float slope = (ray.x + lowest) / r;
   float width = scale * inversesqrt(slope * slope + 0.5 * scale / r);
   map.width = length(vec2(0.9 * width, 0.5 * (map.center - lowest)));
+#ifdef HAS_THICK_AIR
+  see_no_farther(ray, near, far, map);
+#endif
   float a = (near - map.center) / map.width;
   float b = (far - map.center) / map.width;
   map.start = arsinh(a);
@@ -104,16 +165,24 @@ void add_lit(Ray ray, vec2 sun, float near, float far, inout Inscatter sum) {
   float ozone_start = ozone_to(ray.tangent_k, crossings, ray.x);
 #endif
   for (int i = 0; i < NODE_COUNT; ++i) {
+#ifdef HAS_TERMINATOR
+    vec3 columns = vec3(sum.columns.xy, 0.0);
+#else
     vec3 columns = columns_to_top(k_along(ray, t[i]), sun.x + sun.y * t[i]);
     columns.xy += sum.columns.xy;
+#endif
     for (int j = 0; j < NODE_COUNT; ++j) columns.xy += CUMULATIVE[i * NODE_COUNT + j] * steps[j];
 #ifdef HAS_OZONE
     columns.z += ozone_to(ray.tangent_k, crossings, ray.x + t[i]) - ozone_start;
 #endif
+#ifdef HAS_TERMINATOR
+    vec3 light = WEIGHTS[i] * disc_light(columns, k_along(ray, t[i]), sun.x + sun.y * t[i]);
+#else
     vec3 light = WEIGHTS[i] * exp(-optical_depth(columns));
+#endif
 #ifdef HAS_ECLIPSE
     float visible = visibility_along(t[i]);
-    sum.light += vec2(visible, 1.0) * light.y * (steps[i].x + steps[i].y);
+    sum.light += vec2(visible, 1.0) * (light.y * (steps[i].x + steps[i].y) + LEAST_LIGHT);
     light *= visible;
 #endif
     sum.rayleigh += light * steps[i].x;

@@ -13,6 +13,16 @@
 // The tent is linear in altitude, and over a thin layer all but linear in k: the sum of three ramps in k. Along a ray k is
 // tangent_k + x^2, so that the column is a cubic in x. The error is about half_width / (50 R) of the column.
 
+// Relative density of the tent.
+float ozone_density(float k) {
+#ifdef HAS_CURVED_OZONE
+  vec3 beyond = altitude_of(k) - u_ozone_altitude;
+#else
+  vec3 beyond = k - u_ozone_k;
+#endif
+  return max(dot(u_ozone_ramps, max(beyond, 0.0)), 0.0);
+}
+
 // Distances from the tangent point at which the tent begins, peaks and ends (or is cut by the top).
 vec3 ozone_crossings(float tangent_k) { return sqrt(max(min(u_ozone_k, u_top_k) - tangent_k, 0.0)); }
 
@@ -20,9 +30,20 @@ vec3 ozone_crossings(float tangent_k) { return sqrt(max(min(u_ozone_k, u_top_k) 
 float ozone_to(float tangent_k, vec3 crossings, float x) {
   // From its crossing c on, a ramp's column is the integral of x^2 - c^2, and where the whole ray lies above its start
   // the ramp has begun already at the tangent point.
+#ifdef HAS_CURVED_OZONE
+  // Around a small planet the ramps run over the radius: the integral of sqrt(p^2 + s^2) has a closed form, too.
+  float p2 = max(u_bottom_radius * u_bottom_radius + tangent_k, 1.0e-12 * u_bottom_radius * u_bottom_radius);
+  float end = min(abs(x), crossings.z);
+  vec3 from = min(crossings, end);
+  float r_end = sqrt(p2 + end * end);
+  vec3 r_from = sqrt(p2 + from * from);
+  vec3 areas = 0.5 * (end * r_end - from * r_from + p2 * log((end + r_end) / (from + r_from)));
+  vec3 ramps = max(areas - (u_bottom_radius + u_ozone_altitude) * (end - from), 0.0);
+#else
   vec3 beyond = max(vec3(min(abs(x), crossings.z)) - crossings, 0.0);
   vec3 begun = max(tangent_k - u_ozone_k, 0.0);
   vec3 ramps = beyond * (beyond * (beyond + 3.0 * crossings) / 3.0 + begun);
+#endif
   float column = max(dot(u_ozone_ramps, ramps), 0.0);
   return x < 0.0 ? -column : column;
 }
@@ -62,6 +83,35 @@ vec2 table_point(vec2 texel) {
 }
 #endif
 
+#ifdef COLUMN_COUNT
+// Columns of the two exponential layers between distances [m] from the tangent point, rising from a point of given k, by
+// quadrature in a sinh map whose width follows the thinner layer: where the closed form does not hold, and for the table.
+vec2 integrate_layers(float k_start, float from, float to) {
+  float r = max(u_bottom_radius + altitude_of(k_start), 0.5 * u_bottom_radius);
+  float scale = min(min(u_scale_height.x, u_scale_height.y), u_thickness);
+  float slope = from / r;
+  float width = scale * inversesqrt(slope * slope + 0.5 * scale / r);
+  float span = log((to - from) / width + sqrt((to - from) * (to - from) / (width * width) + 1.0));
+  vec2 columns = vec2(0.0);
+  for (int i = 0; i < u_column_count; ++i) {
+    vec2 rule = u_column_rule[i];
+    float e = exp(span * rule.x);
+    float step = 0.5 * width * (e - 1.0 / e);
+    float k = k_start + step * (step + 2.0 * from);
+    columns += rule.y * 0.5 * width * span * (e + 1.0 / e) * densities(altitude_of(k));
+  }
+  return columns;
+}
+
+vec2 integrated_columns(float k, float y) {
+  float tangent_k = k - y * y;
+  float top = safe_sqrt(u_top_k - tangent_k);
+  // A downward path first crosses its tangent point, and that part twice.
+  if (y < 0.0) return integrate_layers(tangent_k, 0.0, -y) + integrate_layers(tangent_k, 0.0, top);
+  return integrate_layers(k, y, max(top, y));
+}
+#endif
+
 #ifdef HAS_TABLE
 uniform sampler2D u_column_table;
 
@@ -94,6 +144,9 @@ vec2 upward_columns(float altitude, float y) {
 }
 
 vec2 layer_columns(float k, float y) {
+#ifdef COLUMN_COUNT
+  return integrated_columns(k, y);
+#else
   // A point whose sun is not hidden by the ground has its tangent point above it; elsewhere the clamp keeps the
   // exponential finite.
   float lowest = altitude_of(max(k - y * y, -0.5 * u_scale_height.y * u_bottom_radius));
@@ -104,6 +157,7 @@ vec2 layer_columns(float k, float y) {
   columns -= upward_columns(u_thickness, y_top);
 #endif
   return max(columns, 0.0);
+#endif
 }
 
 vec3 columns_to_top(float k, float y) {

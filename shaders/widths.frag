@@ -3,9 +3,14 @@
 //
 // Written are the cuts of cuts.glsl, the distance to the solid inf for none. The class that goes to the depth buffer
 // selects the shader that draws the pixel: 0 no air, 1 lit, 2 one lit piece and a shadow, 3 a shadow between two lit pieces,
-// and where the method asks for it (HAS_OPEN_CLASS) 4 lit out to the top of the air.
+// and 4 lit: out to the top of the air where the method asks for it (HAS_OPEN_CLASS), or by a finite disc so high that it
+// may be taken for a point (HAS_TERMINATOR).
 
 #include "cuts.glsl"
+
+#ifdef HAS_TERMINATOR
+uniform float u_high_sun;  // m above the terminator plane
+#endif
 
 out vec4 out_cuts;
 
@@ -13,9 +18,13 @@ void main() {
   Pixel pixel = make_pixel(gl_FragCoord.xy);
   Ray ray = pixel_ray(pixel);
   vec4 cuts = path_cuts(ivec2(gl_FragCoord.xy), pixel, ray);
-  bool any_shadow = cuts.z > cuts.y;
-  bool two_pieces = any_shadow && cuts.y > 0.0 && cuts.z < cuts.w;
-  float kind = ray.air < 0.0 ? 0.0 : (two_pieces ? 3.0 : (any_shadow ? 2.0 : 1.0));
+  bool two_pieces = is_cut(cuts) && cuts.y > 0.0 && cuts.z < cuts.w;
+  float kind = ray.air < 0.0 ? 0.0 : (two_pieces ? 3.0 : (is_cut(cuts) ? 2.0 : 1.0));
+#ifdef HAS_TERMINATOR
+  float toward_sun = -dot(pixel.direction, u_shadow_axis.direction);
+  float height = -base_height(pixel, ray, u_shadow_axis, -toward_sun);
+  kind = kind == 1.0 && min(height, height + cuts.w * toward_sun) > u_high_sun ? 4.0 : kind;
+#endif
 #ifdef HAS_OPEN_CLASS
   kind += kind == 1.0 && cuts.w >= air_end(ivec2(gl_FragCoord.xy), pixel, ray) ? 3.0 : 0.0;
 #endif

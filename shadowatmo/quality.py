@@ -31,7 +31,7 @@ class Quality:
         Terms of the closed form, 4 (relative error 5e-4) or 6 (2e-5).
     depth : str
         "textures": passes 1 to 4 write depth textures that pass 5 reads; "analytic": distances are solved per pixel
-        in pass 5.
+        in pass 5, as they always are from so far away that a 32-bit distance cannot tell 1/2000 of the air's depth.
     depth_bits : int
         32: reversed float depth, distances re-derived per pixel; 24: the published standard depth of the rasterized
         proxies.

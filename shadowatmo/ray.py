@@ -56,7 +56,7 @@ def make_ray(atmosphere, x, k, tangent_k) -> Ray:
     half_chord = safe_sqrt(top_k - tangent_k)
     c = k - top_k
     outside = c > 0.0
-    misses = (tangent_k >= top_k) | (outside & (x >= 0.0))
+    misses = (tangent_k >= top_k) | ((c >= 0.0) & (x >= 0.0))
     start = np.where(outside & ~misses, c / np.maximum(half_chord - x, 1e-30), 0.0)
     return Ray(
         x=np.where(outside, -half_chord, x),

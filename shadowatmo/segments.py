@@ -4,12 +4,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from shadowatmo.extremes import dominant_layer, is_deep, is_thick, needs_more_nodes, reach_altitude
 from shadowatmo.medium import densities, extinction, scattering
 from shadowatmo.phase import mie_phase, rayleigh_phase
 from shadowatmo.quadrature import cumulative_matrix, gauss_legendre
 from shadowatmo.quality import MAX_NODES
-from shadowatmo.ray import altitude_of, k_along
-from shadowatmo.transmittance import columns_to_top, ozone_crossings, ozone_to
+from shadowatmo.ray import altitude_of, k_along, k_of, safe_sqrt
+from shadowatmo.transmittance import columns_to_top, ozone_crossings, ozone_to, scale_heights
+
+# Thick air (see_no_farther): optical depth of a piece that needs no care, optical depth beyond which nothing is seen,
+# bisections; width of the map in mean free paths about a center ahead, about an eye in dense air, beneath a dense top.
+DIM, OPAQUE, HALVINGS = 10.0, 16.0, 24
+AHEAD, AROUND, HAIR = 3.0, 1.0, 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,28 +28,17 @@ class SinhMap:
     span: np.ndarray
 
 
-def dominant_layer(atmosphere) -> tuple[float, float]:
-    """Return scale height [m] and extinction [1/m] of the layer with the largest vertical optical depth."""
-    layers = [
-        (atmosphere.rayleigh_scale_height, max(atmosphere.rayleigh_scattering)),
-        (atmosphere.mie_scale_height, max(atmosphere.mie_extinction)),
-    ]
-    return max(layers, key=lambda layer: layer[0] * layer[1])
-
-
 def nodes_for(atmosphere, nodes) -> int:
-    """Return the nodes of a lit piece: half as many again in air whose vertical optical depth is above 1.
-
-    There light comes from the near part of a path only, which the map resolves with fewer of its nodes; measured on a
-    planet of five times the Earth's density and on a hazy moon.
-    """
-    scale_height, beta = dominant_layer(atmosphere)
-    return min(nodes + nodes // 2, MAX_NODES) if scale_height * beta > 1.0 else nodes
+    """Return the nodes of a lit piece: half as many again where the air is dense or its horizon far."""
+    return min(nodes + nodes // 2, MAX_NODES) if needs_more_nodes(atmosphere) else nodes
 
 
 def make_map(atmosphere, ray, near, far) -> SinhMap:
     """Return the map of pieces [near, far] (N,) [m] of rays."""
     scale, beta = dominant_layer(atmosphere)
+    if is_deep(atmosphere):
+        half = safe_sqrt(k_of(atmosphere, reach_altitude(atmosphere)) - ray.tangent_k)
+        near, far = np.clip(-ray.x - half, near, far), np.clip(-ray.x + half, near, far)
     lowest = np.clip(-ray.x, near, far)
     altitude = altitude_of(atmosphere, k_along(ray, lowest))
     r = atmosphere.bottom_radius + altitude
@@ -52,8 +47,53 @@ def make_map(atmosphere, ray, near, far) -> SinhMap:
     center = np.clip(-ray.x - 0.45 * bump * np.log1p(depth), near, far)
     slope = (ray.x + lowest) / r
     width = np.hypot(0.9 * scale / np.sqrt(slope * slope + 0.5 * scale / r), 0.5 * (center - lowest))
+    if is_thick(atmosphere):
+        center, width, far = see_no_farther(atmosphere, ray, near, far, center, width)
     start = np.arcsinh((near - center) / width)
     return SinhMap(center, width, start, np.arcsinh((far - center) / width) - start)
+
+
+def slant_depth(atmosphere, ray, t):
+    """Return an optical depth (N, 3) that grows along rays, up to a constant of each.
+
+    Twice the tangent's less what lies beyond. Columns of the exponential layers alone, by a bound of the closed form
+    that is 1 percent off.
+    """
+
+    def outward(x, altitude):
+        scale = np.sqrt(2.0 * scale_heights(atmosphere) * (atmosphere.bottom_radius + altitude)[..., None])
+        z = x[..., None] / scale
+        return scale * densities(atmosphere, altitude)[..., :2] / (z + np.sqrt(z * z + 4.0 / np.pi))
+
+    x = ray.x + t
+    columns = outward(np.abs(x), altitude_of(atmosphere, k_along(ray, t)))
+    through = 2.0 * outward(np.zeros_like(x), altitude_of(atmosphere, np.maximum(ray.tangent_k, 0.0))) - columns
+    return np.where((x < 0.0)[..., None], columns, through) @ extinction(atmosphere)[:2]
+
+
+def see_no_farther(atmosphere, ray, near, far, center, width):
+    """Return center, width and far end of maps of pieces in thick air: where something can be seen.
+
+    The center goes to an optical depth of 1 in the thickest channel, the far end to OPAQUE in the thinnest. Where
+    the air is dense from the near end on, the center goes there; beneath a dense top the light may even come from a
+    hair of the piece.
+    """
+    before = slant_depth(atmosphere, ray, near)
+    thick = (slant_depth(atmosphere, ray, far) - before).max(axis=-1) > DIM
+    low, high = np.stack([near, near]), np.stack([far, far])
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        depths = [slant_depth(atmosphere, ray, t) - before for t in middle]
+        beyond = np.stack([depths[0].max(axis=-1) > 1.0, depths[1].min(axis=-1) > OPAQUE])
+        low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
+    ends = (densities(atmosphere, altitude_of(atmosphere, k_along(ray, t)))[:, :2] for t in (near, high[0]))
+    here, there = ((density @ extinction(atmosphere)[:2]).max(axis=-1) for density in ends)
+    immersed = here > 0.2 * there
+    middle = np.where(immersed, near, high[0])
+    below_top = k_along(ray, near) > 0.999 * k_of(atmosphere, atmosphere.thickness)
+    paths = np.where(immersed, np.where(below_top, HAIR, AROUND), AHEAD)
+    length = paths / np.maximum(np.where(immersed, here, there), 1e-30)
+    return (np.where(thick, new, old) for new, old in ((middle, center), (length, width), (high[1], far)))
 
 
 def map_node(sinh_map, s):

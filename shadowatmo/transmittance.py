@@ -7,9 +7,12 @@ the column's relative error is 5e-4, with 6 it is 2e-5, for r/H above a few hund
 
 import numpy as np
 
-from shadowatmo.medium import extinction
+from shadowatmo.extremes import closed_form_holds, has_curved_ozone
+from shadowatmo.medium import densities, extinction
+from shadowatmo.quadrature import gauss_legendre
 from shadowatmo.ray import altitude_of, far_root, k_of, safe_sqrt
 
+COLUMN_NODES = 16  # of columns by quadrature
 # t = 1/(1 + p z) and the coefficients of t, t^2, ... in sqrt(pi) exp(z^2) erfc(z)
 EXPONENTIAL_INTEGRAL = {
     4: (0.749563, (0.74999401, 0.72509822, 0.75344855, -0.4570285)),
@@ -49,8 +52,37 @@ def upward_columns(atmosphere, altitude, y, terms):
     return 0.5 * scale * np.exp(-np.maximum(altitude, 0.0)[..., None] / heights) * shape
 
 
+def integrate_layers(atmosphere, k_start, start, end):
+    """Return the columns (N, 2) [m] of both layers between distances [m] from the tangent point, rising from `k_start`.
+
+    By quadrature in a sinh map whose width follows the thinner layer: where the closed form does not hold.
+    """
+    nodes, weights = gauss_legendre(COLUMN_NODES)
+    r = atmosphere.bottom_radius + altitude_of(atmosphere, k_start)
+    scale = min(*scale_heights(atmosphere), atmosphere.thickness)
+    width = (scale / np.sqrt((start / r) ** 2 + 0.5 * scale / r))[..., None]
+    span = np.arcsinh((end - start)[..., None] / width)
+    step = width * np.sinh(span * nodes)
+    altitude = altitude_of(atmosphere, k_start[..., None] + step * (step + 2.0 * start[..., None]))
+    steps = densities(atmosphere, np.minimum(altitude, atmosphere.thickness))[..., :2]
+    return np.einsum("...ns,...n->...s", steps, weights * width * span * np.cosh(span * nodes))
+
+
+def integrated_columns(atmosphere, k, y):
+    """Return the columns (N, 2) [m] of both layers to the top of the air by quadrature."""
+    tangent_k = np.maximum(k - y * y, -((0.5 * atmosphere.bottom_radius) ** 2))
+    top = safe_sqrt(k_of(atmosphere, atmosphere.thickness) - (k - y * y))
+    rising = y >= 0.0
+    low, start = np.where(rising, k, tangent_k), np.where(rising, y, 0.0)
+    columns = integrate_layers(atmosphere, low, start, np.maximum(top, start))
+    back = integrate_layers(atmosphere, low, np.zeros_like(y), np.where(rising, 0.0, -y))
+    return columns + back
+
+
 def layer_columns(atmosphere, k, y, terms, subtract_top):
     """Return the columns (N, 2) [m] of both layers to infinity, or to the top of the air."""
+    if not closed_form_holds(atmosphere):
+        return integrated_columns(atmosphere, k, y)
     floor = -0.5 * atmosphere.mie_scale_height * atmosphere.bottom_radius
     lowest = altitude_of(atmosphere, np.maximum(k - y * y, floor))
     outward = upward_columns(atmosphere, altitude_of(atmosphere, k), np.abs(y), terms)
@@ -62,13 +94,20 @@ def layer_columns(atmosphere, k, y, terms, subtract_top):
     return np.maximum(columns, 0.0)
 
 
+def ozone_altitudes(atmosphere):
+    """Return the altitudes (3,) [m] at which the tent begins, peaks and ends."""
+    return atmosphere.ozone.center + atmosphere.ozone.half_width * np.array([-1.0, 0.0, 1.0])
+
+
 def ozone_levels(atmosphere):
     """Return k (3,) [m^2] at which the tent begins, peaks and ends when its sides are taken as straight over k.
 
     Over k they bend a little, by half_width / (2 R) of themselves; the ends are moved so that either side keeps its
-    column.
+    column. Around a small planet nothing is moved: there the sides are straight over the altitude.
     """
     layer = atmosphere.ozone
+    if has_curved_ozone(atmosphere):
+        return k_of(atmosphere, ozone_altitudes(atmosphere))
     begin, half_up, peak, half_down, end = (
         k_of(atmosphere, layer.center + side * layer.half_width) for side in (-1.0, -0.5, 0.0, 0.5, 1.0)
     )
@@ -78,7 +117,9 @@ def ozone_levels(atmosphere):
 
 
 def ozone_ramps(atmosphere):
-    """Return (3,): how much the tent's slope over k changes where it begins, peaks and ends [1/m^2]."""
+    """Return (3,): how much the tent's slope changes where it begins, peaks and ends, over k [1/m^2] or r [1/m]."""
+    if has_curved_ozone(atmosphere):
+        return np.array([1.0, -2.0, 1.0]) / atmosphere.ozone.half_width
     begin, peak, end = ozone_levels(atmosphere)
     rising, falling = 1.0 / (peak - begin), 1.0 / (end - peak)
     return np.array([rising, -rising - falling, falling])
@@ -92,10 +133,24 @@ def ozone_crossings(atmosphere, tangent_k):
 
 def ozone_to(atmosphere, tangent_k, crossings, x):
     """Return the tent's column [m] from the tangent point out to |x|, with the sign of x."""
+    if has_curved_ozone(atmosphere):
+        ramps = curved_ramps(atmosphere, tangent_k, crossings, x)
+        return np.where(x < 0.0, -1.0, 1.0) * np.maximum(ramps @ ozone_ramps(atmosphere), 0.0)
     beyond = np.maximum(np.minimum(np.abs(x), crossings[..., 2])[..., None] - crossings, 0.0)
     begun = np.maximum(np.asarray(tangent_k)[..., None] - ozone_levels(atmosphere), 0.0)
     ramps = beyond * (beyond * (beyond + 3.0 * crossings) / 3.0 + begun)
     return np.where(x < 0.0, -1.0, 1.0) * np.maximum(ramps @ ozone_ramps(atmosphere), 0.0)
+
+
+def curved_ramps(atmosphere, tangent_k, crossings, x):
+    """Return columns (N, 3) [m^2] of ramps over the radius, by the integral of sqrt(p^2 + s^2)."""
+    square = atmosphere.bottom_radius**2
+    p2 = np.maximum(square + np.asarray(tangent_k), 1e-12 * square)[..., None]
+    end = np.minimum(np.abs(x), crossings[..., 2])[..., None]
+    start = np.minimum(crossings, end)
+    r_end, r_start = np.sqrt(p2 + end * end), np.sqrt(p2 + start * start)
+    areas = 0.5 * (end * r_end - start * r_start + p2 * np.log((end + r_end) / (start + r_start)))
+    return np.maximum(areas - (atmosphere.bottom_radius + ozone_altitudes(atmosphere)) * (end - start), 0.0)
 
 
 def ozone_to_top(atmosphere, k, y):

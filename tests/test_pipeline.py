@@ -260,13 +260,16 @@ def test_a_texture_left_bound_does_no_harm_on_closing(ctx):
 
 def test_what_is_approximated_is_said(ctx, caplog):
     scene = sa.Scene(suns=dataclasses.replace(SUN, disc_at_terminator=True))
-    with sa.Renderer(ctx, scene, SIZE, sa.Quality(orders=1)) as renderer:
+    quality = sa.Quality(method="widths", orders=1)
+    with sa.Renderer(ctx, scene, SIZE, quality) as renderer:
         assert "disc_at_terminator: left out" in str(renderer.plan)
-    sa.probe(ctx, scene, CAMERA.position, CAMERA.forward, quality=sa.Quality(orders=1))
+        renderer.scene = EARTH
+        renderer.scene = scene
     assert sum("disc_at_terminator" in record.message for record in caplog.records) == 2
     caplog.clear()
-    with sa.Renderer(ctx, EARTH, SIZE, sa.Quality(orders=1)):
-        assert not caplog.records
+    for shown, chosen in ((EARTH, quality), (scene, sa.Quality(orders=1))):
+        with sa.Renderer(ctx, shown, SIZE, chosen):
+            assert not caplog.records
 
 
 def test_plan_says_what_runs_and_why(ctx):
