@@ -134,6 +134,18 @@ def test_a_moons_shadow_smaller_than_a_tile_is_seen(ctx, monkeypatch):
     assert any(errors(both(ctx, scene, camera)[1], full).max() > 2 * WORST for scene, full in frames)
 
 
+def test_a_rings_shadow_thinner_than_a_tile_is_seen(ctx, monkeypatch):
+    sun = dataclasses.replace(SUN, direction=(1.0, 0.0, 0.35))
+    inner = 1.6 * sa.EARTH.bottom_radius
+    ring = sa.Ring((0, 0, 0), (0, 0.1, 1), inner, inner + 2e4, optical_depth=5.0)
+    scene, camera = sa.Scene(suns=sun, rings=(ring,)), facing((1.0, 0.5, -0.3), 2e7, 45)
+    full, smooth, tiles = both(ctx, scene, camera, (640, 368))
+    assert holds(errors(smooth, full)) and np.mean(tiles > 0) < 0.3
+    monkeypatch.setattr("shadowatmo.passes.adaptive.dimming_rings", lambda *_: ())
+    _, blind, _ = both(ctx, scene, camera, (640, 368))
+    assert errors(blind, full).max() > 2 * WORST
+
+
 def test_a_pan_does_not_crawl(ctx):
     """What interpolation does to a pixel may not change from frame to frame by more than the bar of one frame."""
     start = level(88, 2.0, 10, 5)
