@@ -17,6 +17,7 @@ from shadowatmo.passes.gl.shader import bind_textures, build_program, set_unifor
 from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.terminator import terminator_inputs
 from shadowatmo.passes.widths import cuts_inputs
+from shadowatmo.quality import PATH_METHODS
 from shadowatmo.ring import EDGE_ON
 from shadowatmo.shadow import penumbra_cone, umbra_cone
 
@@ -86,11 +87,11 @@ class AdaptiveComposite(RenderPass):
             defines["HAS_SUN_DISC"] = True
             uniforms["u_disc"] = disc_reach(view, sun)
         moons = shading_occluders(view.scene, sun)
-        if moons and view.quality.method == "segments":
+        if moons and view.quality.method in PATH_METHODS:
             defines |= {"HAS_ECLIPSE": True, "OCCLUDERS": len(moons)}
             uniforms |= moon_shadows(view, sun, moons)
         rings = dimming_rings(view.scene, sun)
-        if rings and view.quality.method == "segments":
+        if rings and view.quality.method in PATH_METHODS:
             defines |= {"HAS_RINGS": True, "RINGS": len(rings)}
             uniforms |= ring_shadows(view, sun, rings)
         self.tiles.framebuffer.use()

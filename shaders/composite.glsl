@@ -5,6 +5,9 @@
 #ifdef HAS_SEGMENTS
 #include "segments.glsl"
 #endif
+#ifdef HAS_MARCH
+#include "march.glsl"
+#endif
 #ifdef HAS_TABLE3D
 #include "table3d.glsl"
 #endif
@@ -20,6 +23,9 @@
 #endif
 #ifdef HAS_ECLIPSE_VIEW
 #include "eclipse_view.glsl"
+#endif
+#ifdef HAS_SHADE
+#include "shade.glsl"
 #endif
 #endif
 #ifdef HAS_SUN_DISC
@@ -61,7 +67,10 @@ Scattered air_radiance(vec2 fragment, Pixel pixel, Ray ray, vec4 cuts) {
   vec3 multiple = multiple_inscatter(fragment, cuts.w, air.transmittance);
 #endif
 #ifdef HAS_ECLIPSE_VIEW
-  multiple *= eclipse_ratio(fragment, ray, cuts.w, air.visibility);
+  multiple *= exp(eclipse_remainder(fragment, ray, cuts.w));
+#endif
+#ifdef HAS_SHADE
+  multiple *= shade(air.visibility);
 #else
 #ifdef HAS_ECLIPSE
   multiple *= air.visibility;  // rings alone, wide against the paths of scattered light
