@@ -100,3 +100,16 @@ def test_a_surface_is_lit_through_the_same_table(ctx):
         marched = renderer.render(CAMERAS["10 km, low sun"]).numpy()
     with sa.Renderer(ctx, scene, (16, 9), "balanced", cache=False) as renderer:
         assert np.allclose(renderer.render(CAMERAS["10 km, low sun"]).numpy(), marched, rtol=0.2)  # 32 steps
+
+
+def test_tiles_hold_for_marching_too(ctx):
+    """What tiles add to the error is the smoothness of the picture, whatever draws it."""
+    scene, camera, p99 = sa.Scene(suns=SUN), CAMERAS["2 m, sunset"], []
+    for method in ("segments", "march"):
+        pictures = []
+        for tolerance in (0.0, 0.006):
+            quality = Quality(method=method, depth="analytic", tolerance=tolerance, orders=1)
+            with sa.Renderer(ctx, scene, (320, 180), quality, cache=False) as renderer:
+                pictures.append(renderer.render(camera).numpy())
+        p99.append(np.percentile(np.abs(pictures[1] - pictures[0]).max(axis=2) / pictures[0].max(axis=2), 99))
+    assert 0 < p99[1] < 1.2 * p99[0]
