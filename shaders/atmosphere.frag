@@ -56,7 +56,7 @@ void main() {
 #endif
 #ifdef HAS_AIR
   Ray ray = pixel_ray(pixel);
-  vec2 sun = vec2(-base_height(pixel, ray, u_shadow_axis, -nu), nu);
+  vec2 sun = vec2(-base_height(pixel, ray, u_shadow_axis, across, -nu), nu);
 #ifdef HAS_ECLIPSE
   eclipse_base = base_point(pixel, ray, u_camera_position);
   eclipse_direction = pixel.direction;

@@ -32,9 +32,6 @@ vec3 optical_depth(vec3 columns) {
 #ifdef HAS_OZONE
   tau += u_ozone_extinction * columns.z;
 #endif
-#ifdef HAS_THICK_AIR
-  // Columns summed over few nodes may dip below zero, and in thick air exp would make infinity of that.
-  tau = max(tau, 0.0);
-#endif
-  return tau;
+  // Columns summed over few nodes may dip below zero, and where the air is thick exp would make infinity of that.
+  return max(tau, 0.0);
 }
