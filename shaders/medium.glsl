@@ -32,6 +32,6 @@ vec3 optical_depth(vec3 columns) {
 #ifdef HAS_OZONE
   tau += u_ozone_extinction * columns.z;
 #endif
-  // Columns summed over few nodes may dip below zero, and where the air is thick exp would make infinity of that.
-  return max(tau, 0.0);
+  // Columns summed over few nodes may dip a little below zero; in very thick air exp would make infinity of that.
+  return max(tau, -1.0);
 }
