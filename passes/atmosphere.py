@@ -20,6 +20,7 @@ from shadowatmo.passes.constants import (
 )
 from shadowatmo.passes.eclipse import eclipse_inputs, moon_discs
 from shadowatmo.passes.gl.textures import Target
+from shadowatmo.passes.march import march_method
 from shadowatmo.passes.multiple import multiple_uniforms
 from shadowatmo.passes.multiple_view import goes_by_cells, view_defines, view_uniforms
 from shadowatmo.passes.table3d import table3d_method
@@ -29,6 +30,7 @@ from shadowatmo.passes.table_build import inscatter_samplers
 from shadowatmo.passes.table_probe import TABLE_METHODS
 from shadowatmo.passes.terminator import terminator_inputs
 from shadowatmo.passes.transmittance import table_samplers
+from shadowatmo.quality import PATH_METHODS
 
 # by class: no air, one lit piece, one lit piece and a shadow, a shadow between two lit pieces
 CLASS_FEATURES = (
@@ -115,10 +117,12 @@ def composite_inputs(view, textures, sun, first) -> tuple[tuple, tuple, tuple]:
         method_defines = {**method_defines, "HAS_TABLE4D_VIEW": True}
         method_samplers |= {f"u_{name}": textures[name] for name in VIEW_TEXTURES}
     air = method_defines, method_uniforms, method_samplers
-    moons = eclipse_inputs(sun, textures) if method == "segments" else NOTHING
+    moons = eclipse_inputs(sun, textures) if method != "widths" else NOTHING
     if moons[0]:
+        if method in TABLE_METHODS:
+            air = joined(air, ({"HAS_TABLE_ECLIPSE": True}, {}, {}))
         air = joined(air, moons, ({}, {"u_camera_position": view.position}, {}))
-    if "multiple_view" in textures and view.quality.method == "segments":
+    if "multiple_view" in textures and view.quality.method in PATH_METHODS:
         more = {**multiple_uniforms(view.scene.atmosphere), **view_uniforms(view, sun, textures)}
         air = joined(air, (view_defines(view, textures), more, {"u_multiple_view": textures["multiple_view"]}))
         if moons[0] and "eclipse_view" in textures:
@@ -158,13 +162,18 @@ def widths_method(view):
     A brightness of 1, white on the published display, is that of a white wall in the sun.
     """
     nearest, farthest = view.air_range
-    blue = max(view.scene.atmosphere.rayleigh_scattering) or 1.0
-    color = [math.sqrt(c / blue) / math.pi for c in view.scene.atmosphere.rayleigh_scattering]
-    uniforms = {"u_air_color": (*color, WIDTHS_OPACITY), "u_range": farthest - nearest}
+    uniforms = {"u_air_color": published_color(view.scene.atmosphere), "u_range": farthest - nearest}
     return {"HAS_WIDTHS": True}, uniforms, ({}, *[{"HAS_AIR": True}] * (len(CLASS_FEATURES) - 1))
 
 
+def published_color(atmosphere) -> tuple[float, float, float, float]:
+    """Return color and opacity of a unit of brightness for the method "widths"."""
+    blue = max(atmosphere.rayleigh_scattering) or 1.0
+    return *(math.sqrt(c / blue) / math.pi for c in atmosphere.rayleigh_scattering), WIDTHS_OPACITY
+
+
 METHODS = {
+    "march": march_method,
     "segments": segments_method,
     "table3d": table3d_method,
     "table3d-multiple": table3d_method,

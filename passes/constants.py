@@ -64,6 +64,7 @@ def medium_defines(atmosphere) -> dict:
     features = {
         "HAS_OZONE": has_ozone(atmosphere),
         "HAS_CURVED_OZONE": has_ozone(atmosphere) and has_curved_ozone(atmosphere),
+        "HAS_NO_AEROSOLS": not any(atmosphere.mie_extinction),
         "HAS_DEEP_SHELL": is_deep(atmosphere),
         "HAS_THICK_AIR": is_thick(atmosphere),
     }
@@ -78,7 +79,7 @@ def has_ozone(atmosphere) -> bool:
 
 def transmittance_defines(atmosphere, quality) -> dict:
     """Return the features of transmittance.glsl that a quality asks for."""
-    if quality.transmittance == "table":
+    if quality.column_table:
         return {"HAS_TABLE": True, "HAS_TABLE_MAPPING": True}
     scale_height = max(atmosphere.rayleigh_scale_height, atmosphere.mie_scale_height)
     dense_top = np.exp(-atmosphere.thickness / scale_height) > TOP_DENSITY[quality.terms]

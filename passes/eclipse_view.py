@@ -16,7 +16,7 @@ from shadowatmo.passes.multiple_view import is_high
 CELLS = {"balanced": (25, 15), "accurate": (81, 46)}  # corners of cells across and up
 SLICES = {("balanced", False): 6, ("balanced", True): 3, ("accurate", False): 8, ("accurate", True): 6}  # high camera
 NODES = {"balanced": 6, "accurate": 12}
-TERMS = {"balanced": 4, "accurate": 4}  # degree of the source's harmonics
+TERMS = 4  # degree of the source's harmonics
 FIRST = 0.375  # scale of the slices' distances in Rayleigh scale heights: uniform below, logarithmic beyond
 RIM = 128  # points of the air's rim that are looked for in the frame
 
@@ -78,7 +78,7 @@ class EclipseView(RenderPass):
     def draw(self, view, textures, sun):
         textures.pop("eclipse_view", None)  # of another sun
         atmosphere, effort = view.scene.atmosphere, view.quality.multiple
-        ratio = ratio_inputs(view.scene, sun, textures, RATIO_RECIPES[effort], TERMS[effort])
+        ratio = ratio_inputs(view.scene, sun, textures, RATIO_RECIPES[effort], TERMS)
         if not ratio[0]:
             return
         kind = _kind(view, textures)

@@ -8,6 +8,7 @@ from shadowatmo.passes.base import RenderPass
 from shadowatmo.passes.constants import medium_defines, medium_uniforms, segment_uniforms
 from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.multiple import multiple_defines, multiple_samplers, multiple_uniforms, path_defines
+from shadowatmo.passes.planet import has_relief_in_view
 
 CELLS = {False: 16, True: 20}  # pixels, by whether the frame is interpolated between samples
 FIRST = 0.375  # scale of the slices' distances in Rayleigh scale heights: uniform below, logarithmic beyond
@@ -23,7 +24,7 @@ def has_whole_paths(view, textures) -> bool:
 
     Only asked for where the frame is interpolated between samples; without, each altitude keeps the table it has had.
     """
-    return view.quality.tolerance > 0.0 and not {"planet_depth", "host_depth"} & set(textures)
+    return view.quality.tolerance > 0.0 and "host_depth" not in textures and not has_relief_in_view(view)
 
 
 def is_high(view) -> bool:

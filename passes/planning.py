@@ -24,6 +24,7 @@ from shadowatmo.passes.tonemap import Tonemap
 from shadowatmo.passes.transmittance import TransmittanceTable
 from shadowatmo.passes.widths import DEPTH_TEXTURES, Widths
 from shadowatmo.plan import Plan, Step
+from shadowatmo.quality import PATH_METHODS
 from shadowatmo.segments import nodes_for
 from shadowatmo.transmittance import COLUMN_NODES
 
@@ -62,14 +63,14 @@ def make_plan(scene, quality) -> Plan:
         why, reads = reason if wanted else otherwise, inputs or render_pass.inputs
         (steps if wanted else left_out).append(Step(render_pass.name, why, reads, render_pass.outputs))
 
-    table = quality.transmittance == "table" and quality.method != "widths"
-    tabled = "columns come from a table (transmittance='table'), made once"
+    why = "the method march steps through it" if quality.method == "march" else "transmittance='table'"
+    tabled = f"columns come from a table ({why}), made once"
     curved = "the closed form of columns does not hold in this air: quadrature in its place"
     closed = closed_form_holds(scene.atmosphere)
-    add(table, TransmittanceTable, tabled, "columns have a closed form" if closed else curved)
+    add(quality.column_table, TransmittanceTable, tabled, "columns have a closed form" if closed else curved)
     every = quality.orders == "all"
     uses = [
-        *(["segments adds what is scattered more than once"] if quality.method == "segments" else []),
+        *([f"{quality.method} adds what is scattered more than once"] if quality.method in PATH_METHODS else []),
         *(["the surface reflects skylight"] if scene.surface is not None else []),
     ]
     unused = "nothing needs it" if every else "single scattering alone was asked for (orders=1)"
@@ -111,7 +112,7 @@ def make_plan(scene, quality) -> Plan:
     add(not adaptive, Widths, f"cuts rays into lit and shadowed widths{night} ({suns})", tiles, cutting)
     if quality.method == "table4d":
         add(True, Table4DView, f"the table at the camera's height and under its sun, inside the air ({suns})", "")
-    gathered = every and quality.method == "segments"
+    gathered = every and quality.method in PATH_METHODS
     why = "gathers what the moons leave of multiple scattering for the camera in coarse cells"
     add(gathered and shaded, EclipseView, why, untouched if not any(moons.values()) else unused)
     reads = (*MultipleView.inputs, *(EclipseView.outputs if gathered and shaded else ()))
@@ -124,6 +125,7 @@ def make_plan(scene, quality) -> Plan:
     strips = f", sunlight by {STRIPS[quality.terms]} strips of the disc above the limb" if discs else ""
     how = {
         "segments": f"single scattering by {nodes} nodes a lit piece, columns from the {columns}{strips}",
+        "march": f"single scattering by {quality.steps} uniform steps a path, in the shadow or out of it step by step",
         "table3d": "two lookups a lit piece, single scattering without azimuth",
         "table3d-multiple": "two lookups a lit piece, all orders without azimuth, under the ad-hoc phase",
         "table4d": "two lookups a path, two more where the planet's shadow cuts it",
@@ -140,7 +142,7 @@ def make_plan(scene, quality) -> Plan:
         cones = f"drawn when asked for, the table does the shading: {cones_in_words(scene)}"
         left_out.append(Step(ConeDepth.name, cones))
     left_out.append(Step(Tonemap.name, "runs when a picture is asked for; frames are scene-linear"))
-    return Plan(tuple(steps), tuple(left_out))
+    return Plan(tuple(steps), tuple(left_out), quality.budget)
 
 
 def cones_in_words(scene) -> str:

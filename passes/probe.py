@@ -24,6 +24,7 @@ from shadowatmo.passes.gl.context import context_store
 from shadowatmo.passes.gl.shader import Fullscreen, bind_textures, build_program, set_uniforms
 from shadowatmo.passes.gl.state import preserve_state
 from shadowatmo.passes.gl.textures import Target
+from shadowatmo.passes.march import march_light
 from shadowatmo.passes.multiple import (
     MultipleScattering,
     multiple_defines,
@@ -113,7 +114,7 @@ class _Probe:
     def run(self) -> ProbeResult:
         table = None
         try:
-            if self.quality.transmittance == "table":
+            if self.quality.column_table:
                 table = TransmittanceTable(self.ctx)
                 table.draw(self.scene.atmosphere, self.tables)
             radiometry = [self._radiometry(sun) for sun in self.scene.suns]
@@ -204,11 +205,12 @@ class _Probe:
             textures |= {"u_base": self._texture(*self.base.T), "u_direction": self._texture(*self.rays.directions.T)}
         if quality.method in TABLE_METHODS:
             found = self._draw("probe.frag", defines, uniforms, textures, 3)
-            rays = {name: textures[name] for name in ("u_ray", "u_axis", "u_limits")}
-            single, *others = table_light(self.ctx, atmosphere, quality, self._draw, rays)
+            rays = self._ray_textures(textures, moons)
+            single, *others = table_light(self.ctx, atmosphere, quality, self._draw, rays, moons)
             return [found[0], np.column_stack([single, found[1][:, 3]]), found[2], *others]
         if quality.orders == 1:
-            return self._draw("probe.frag", defines, uniforms, textures, 3)
+            found = self._draw("probe.frag", defines, uniforms, textures, 3)
+            return self._marched(found, textures, moons) if quality.method == "march" else found
         recipe = RECIPES[quality.multiple]
         multiple_scattering(self.ctx, quality.multiple).draw(atmosphere, self.tables)
         counts = nodes_for(atmosphere, quality.nodes), quality.gap_nodes
@@ -220,7 +222,22 @@ class _Probe:
         if ratio[0]:
             uniforms["u_node_count"] = counts[0]
         defines, uniforms, textures = ({**a, **b} for a, b in zip((defines, uniforms, textures), ratio, strict=True))
-        return self._draw("probe.frag", defines, uniforms, textures, 5)
+        found = self._draw("probe.frag", defines, uniforms, textures, 5)
+        return self._marched(found, textures, moons) if quality.method == "march" else found
+
+    @staticmethod
+    def _ray_textures(textures, moons):
+        """Return the textures of the rays alone."""
+        names = ("u_ray", "u_axis", "u_limits", *(("u_base", "u_direction") if moons[0] else ()))
+        return {name: textures[name] for name in names}
+
+    def _marched(self, found, textures, moons):
+        """Put transmittance and single scattering of "march" into what probe.frag found."""
+        size = {}
+        table = table_samplers(size, self.tables), size
+        rays = self._ray_textures(textures, moons)
+        air = march_light(self.scene.atmosphere, self.quality, self._draw, rays, table, moons)
+        return [np.column_stack([a[:, :3], f[:, 3]]) for a, f in zip(air, found, strict=False)] + found[2:]
 
     def _lengths(self, end_distance, center, radius):
         """Return lengths (N, 3) [m] in umbra, antumbra and penumbra of a sphere in the light of sun 0."""

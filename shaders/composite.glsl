@@ -5,11 +5,17 @@
 #ifdef HAS_SEGMENTS
 #include "segments.glsl"
 #endif
+#ifdef HAS_MARCH
+#include "march.glsl"
+#endif
 #ifdef HAS_TABLE3D
 #include "table3d.glsl"
 #endif
 #ifdef HAS_TABLE4D
 #include "table4d.glsl"
+#endif
+#ifdef HAS_TABLE_ECLIPSE
+#include "table_eclipse.glsl"
 #endif
 #ifdef HAS_WIDTHS
 #include "path_widths.glsl"
@@ -51,12 +57,15 @@ vec3 disc_radiance(Pixel pixel) {
 Scattered air_radiance(vec2 fragment, Pixel pixel, Ray ray, vec4 cuts) {
   vec3 across = cross(pixel.direction, u_shadow_axis.direction);
   float nu = -dot(pixel.direction, u_shadow_axis.direction);
-  vec2 sun = vec2(-base_height(pixel, ray, u_shadow_axis, -nu), nu);
+  vec2 sun = vec2(-base_height(pixel, ray, u_shadow_axis, across, -nu), nu);
 #ifdef HAS_ECLIPSE
   eclipse_base = base_point(pixel, ray, u_camera_position);
   eclipse_direction = pixel.direction;
 #endif
   Scattered air = scatter(ray, sun, dot(across, across), cuts);
+#ifdef HAS_TABLE_ECLIPSE
+  air.radiance *= path_visibility(ray, sun, cuts);
+#endif
 #ifdef HAS_MULTIPLE_VIEW
 #ifdef HAS_HIGH_CAMERA
   vec3 multiple = multiple_inscatter(ray, pixel.direction, cuts.w, air.transmittance);

@@ -25,7 +25,13 @@ uniform vec3 u_ozone_altitude;    // m: there; u_ozone_ramps is 1/m, over the al
 #endif
 
 // Relative densities (molecules, aerosols) at an altitude [m]; below the ground they stay what they are on it.
-vec2 densities(float altitude) { return exp(-max(altitude, 0.0) * u_falloff); }
+vec2 densities(float altitude) {
+#ifdef HAS_NO_AEROSOLS
+  return vec2(exp(-max(altitude, 0.0) * u_falloff.x), 0.0);  // the constant lets the driver drop what it multiplies
+#else
+  return exp(-max(altitude, 0.0) * u_falloff);
+#endif
+}
 
 // Optical depth (3 channels) of columns [m at altitude 0]: molecules, aerosols, and ozone [m at its peak].
 vec3 optical_depth(vec3 columns) {
@@ -33,9 +39,6 @@ vec3 optical_depth(vec3 columns) {
 #ifdef HAS_OZONE
   tau += u_ozone_extinction * columns.z;
 #endif
-#ifdef HAS_THICK_AIR
-  // Columns summed over few nodes may dip below zero, and in thick air exp would make infinity of that.
-  tau = max(tau, 0.0);
-#endif
-  return tau;
+  // Columns summed over few nodes may dip a little below zero; in very thick air exp would make infinity of that.
+  return max(tau, -1.0);
 }

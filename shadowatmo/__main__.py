@@ -1,4 +1,4 @@
-"""The command line: `shadowatmo render` makes one picture, `shadowatmo check` says whether this machine can."""
+"""The command line: `render` makes one picture, `check` says whether this machine can, `report` how fast and exact."""
 
 import argparse
 import math
@@ -17,6 +17,7 @@ from shadowatmo.observing import DATE_HELP, OBSERVER_HELP, observed, observed_sc
 from shadowatmo.options import FAILED, Parser, ProgressBar, numbers, run, size
 from shadowatmo.places import bearing, place
 from shadowatmo.quality import METHODS, NAMED, as_quality
+from shadowatmo.report_command import add_report
 from shadowatmo.sequence import compare_steps, explained_share, frame_times, strip
 from shadowatmo.validation import number, vector
 from shadowatmo.worlds import WORLDS, world
@@ -32,6 +33,7 @@ Pictures of planets through their atmospheres, with the shadow of the planet in 
   shadowatmo sequence --date 2017-08-21T17:21Z --observer 44.633,-121.129,690 -o strip.png
                                                        the whole eclipse, from first to last contact
   shadowatmo check                                     does OpenGL work here?
+  shadowatmo report --fast                             how fast and how exact is each method here?
 """
 PLACES = """\
 Lengths are metres, angles degrees. The planet's center is the origin, longitude 0 lies on +x, 90 E on +y, the north
@@ -63,7 +65,7 @@ def build_parser() -> argparse.ArgumentParser:
     sequence.set_defaults(action=_sequence)
     check = commands.add_parser("check", help="versions, OpenGL, data files, one tiny frame; exit status 0 or 1")
     check.set_defaults(action=_check)
-    for command in (render, sequence, check):
+    for command in (render, sequence, check, add_report(commands)):
         command.add_argument("--debug", action="store_true", help="show the traceback of an error")
     return parser
 

@@ -87,6 +87,7 @@ RATIO_RECIPES = {
     "balanced": RatioRecipe(),
     "accurate": RatioRecipe(18, 5, 7, 4, 12, Effort(10, 7, 16, 6), Effort(6, 4, 10, 5), 3),
 }
+RATIO_RECIPES |= {name: RATIO_RECIPES["accurate"] for name in ("finest", "truth")}  # no finer ones yet
 
 
 def shade(visible):
