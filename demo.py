@@ -4,6 +4,9 @@
     python demo.py --headless             render the main set into pictures/, and a sheet of all planets
     python demo.py --only limb_sunset     one picture of it
     python demo.py --set presets          the planets in full: from space, from within their air, at sunset
+    python demo.py --set eclipses         shadows of moons from space, from the air and from within
+    python demo.py --date 2017-08-21T17:21Z --observer 44.633,-121.129,690
+                                          sun and moon of a time and place, in the window or as a picture
 """
 
 import argparse
@@ -16,7 +19,8 @@ from pathlib import Path
 
 START = time.perf_counter()
 NEEDED = ("numpy", "PIL", "moderngl", "pyrr")
-SHEETS = {"main": "contact_sheet", "presets": "contact_sheet_presets"}  # of each set
+# of each set
+SHEETS = {"main": "contact_sheet", "presets": "contact_sheet_presets", "eclipses": "contact_sheet_eclipses"}
 THUMB = 480  # pixels, width of the pictures on a sheet
 WINDOW_LINE = "pip install moderngl-window (or `make setup`), or draw without a window: python demo.py --headless"
 
@@ -24,7 +28,8 @@ WINDOW_LINE = "pip install moderngl-window (or `make setup`), or draw without a 
 def build_parser():
     """Return the parser of the command line."""
     from shadowatmo.gallery import SETS
-    from shadowatmo.options import Parser, names, size
+    from shadowatmo.observing import DATE_HELP, OBSERVER_HELP
+    from shadowatmo.options import Parser, names, numbers, size
     from shadowatmo.quality import METHODS, NAMED
     from shadowatmo.worlds import WORLDS
 
@@ -41,13 +46,15 @@ def build_parser():
     parser.add_argument("--method", choices=METHODS, help="of the air's light (default: the quality's)")
     parser.add_argument("--no-cache", action="store_true", help="neither read nor keep precomputed tables on disk")
     parser.add_argument("--scene", choices=sorted(WORLDS), default="earth", help="the window's planet")
+    parser.add_argument("--date", metavar="TIME", help=DATE_HELP)
+    parser.add_argument("--observer", type=numbers, metavar="LAT,LON,HEIGHT", help=OBSERVER_HELP)
     parser.add_argument("--check", action="store_true", help="versions, OpenGL, data; exit status 0 or 1")
     parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
     return parser
 
 
 def list_pictures():
-    """Write the names of the pictures of both sets and what each shows."""
+    """Write the names of the pictures of all sets and what each shows."""
     from shadowatmo.gallery import pictures
 
     for picture in pictures("all"):
@@ -68,7 +75,7 @@ def write_pictures(arguments):
     from shadowatmo.gallery import pictures, select
     from shadowatmo.options import ProgressBar
 
-    chosen = select(arguments.only, arguments.set or "main")
+    chosen = [observed_picture(arguments)] if arguments.date else select(arguments.only, arguments.set or "main")
     folder, size = arguments.out, arguments.size or (1283, 719)
     folder.mkdir(parents=True, exist_ok=True)
     ctx = open_context()
@@ -77,7 +84,7 @@ def write_pictures(arguments):
     with ProgressBar(wait=ctx.finish) as bar:
         done = draw_pictures(ctx, chosen, size, bar, arguments, failed)
         write_sheets(done, folder, arguments)
-        if done and not arguments.only and not arguments.set:
+        if done and not arguments.only and not arguments.set and not arguments.date:
             small = (THUMB, max(round(THUMB * size[1] / size[0]), 1))
             presets = pictures("presets")
             sheet = draw_pictures(ctx, presets, small, bar, arguments, failed, keep=False)
@@ -88,6 +95,18 @@ def write_pictures(arguments):
     if failed:
         print(f"demo.py: {len(failed)} of {tried} pictures failed: {', '.join(failed)}", file=sys.stderr)
     return 1 if failed else 0
+
+
+def observed_picture(arguments):
+    """Return the picture of an observer who looks to the sun at a date."""
+    from shadowatmo.gallery import Picture
+    from shadowatmo.observing import observed, observed_scene
+    from shadowatmo.worlds import world
+
+    planet, observer = world(arguments.scene), arguments.observer
+    sky = observed(planet, arguments.date, observer)
+    caption = f"Toward the sun at {arguments.date} from {observer}."
+    return Picture("observed", caption, observed_scene(planet, sky), sky.camera())
 
 
 def draw_pictures(ctx, chosen, size, bar, arguments, failed, keep=True):
@@ -142,7 +161,8 @@ def show_window(arguments):
     from shadowatmo.controls import Controls
     from shadowatmo.passes.window import open_window
 
-    controls = Controls(arguments.scene, chosen_quality(arguments), not arguments.no_cache)
+    sky = {"date": arguments.date, "observer": arguments.observer}
+    controls = Controls(arguments.scene, chosen_quality(arguments), not arguments.no_cache, **sky)
     open_window(controls, arguments.out, arguments.size)
     return 0
 
@@ -167,7 +187,12 @@ def main(argv=None) -> int:
         return 1
     from shadowatmo.options import has_display, run
 
-    arguments = build_parser().parse_args(argv)
+    parser = build_parser()
+    arguments = parser.parse_args(argv)
+    if (arguments.date is None) != (arguments.observer is None):
+        parser.error("--date and --observer belong together")
+    if arguments.date and (arguments.only or arguments.set):
+        parser.error("--date makes a picture of its own: leave out --only and --set")
     headless = arguments.headless or arguments.only or arguments.set or not has_display()
     if arguments.list:
         command = list_pictures

@@ -22,7 +22,9 @@ from tests.cameras import CAMERAS, SUN  # noqa: E402
 SIZE = (1280, 720)
 VARIANTS = {
     "fast": "fast",
+    "fast, tiles": sa.Quality(nodes=6, depth="analytic", tolerance=0.02),
     "balanced": "balanced",
+    "balanced, tiles": sa.Quality(depth="analytic", tolerance=0.006),
     "balanced, analytic": sa.Quality(depth="analytic"),
     "balanced, table": sa.Quality(transmittance="table"),
     "accurate": "accurate",

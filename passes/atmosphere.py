@@ -7,7 +7,9 @@ equality shades exactly the pixels of that class: hardware and software rasteriz
 import math
 
 import moderngl
+import numpy as np
 
+from shadowatmo.eclipse_multiple import SHADE
 from shadowatmo.passes.base import RenderPass, depth_test
 from shadowatmo.passes.constants import (
     medium_defines,
@@ -18,13 +20,17 @@ from shadowatmo.passes.constants import (
 )
 from shadowatmo.passes.eclipse import eclipse_inputs, moon_discs
 from shadowatmo.passes.gl.textures import Target
+from shadowatmo.passes.march import march_method
 from shadowatmo.passes.multiple import multiple_uniforms
-from shadowatmo.passes.multiple_view import view_defines, view_uniforms
+from shadowatmo.passes.multiple_view import goes_by_cells, view_defines, view_uniforms
 from shadowatmo.passes.table3d import table3d_method
 from shadowatmo.passes.table4d import table4d_method
+from shadowatmo.passes.table4d_view import VIEW_TEXTURES
 from shadowatmo.passes.table_build import inscatter_samplers
 from shadowatmo.passes.table_probe import TABLE_METHODS
+from shadowatmo.passes.terminator import terminator_inputs
 from shadowatmo.passes.transmittance import table_samplers
+from shadowatmo.quality import PATH_METHODS
 
 # by class: no air, one lit piece, one lit piece and a shadow, a shadow between two lit pieces
 CLASS_FEATURES = (
@@ -33,6 +39,8 @@ CLASS_FEATURES = (
     {"HAS_AIR": True, "HAS_SHADOW": True},
     {"HAS_AIR": True, "HAS_SHADOW": True, "HAS_TWO_PIECES": True},
 )
+NOTHING = {}, {}, {}  # defines, uniforms and samplers
+HIGH_SUN_CLASS = {"HAS_AIR": True}  # one lit piece again, in the light of a finite disc that may be taken for a point
 WIDTHS_OPACITY = 0.6  # of a unit of brightness, for the method "widths"
 
 
@@ -51,65 +59,91 @@ class AtmosphereComposite(RenderPass):
         if self.target is None:
             self.target = self.own(Target(self.ctx, self.size, color=("rgba32f",), depth=textures["class"]))
         self.target.framebuffer.use()
-        samplers = {"u_cuts": textures["cuts"]}
-        defines, uniforms = self._common(view, sun)
-        if first and "background" in textures:
-            defines["HAS_BACKGROUND"] = True
-            samplers["u_background"] = textures["background"]
-        if view.scene.sun_disc:
-            defines["HAS_SUN_DISC"] = True
-            uniforms |= sun_disc_uniforms(view, sun)
-            if view.scene.occluders:
-                defines |= {"HAS_MOONS": True, "MOONS": len(view.scene.occluders)}
-                uniforms["u_moons"] = moon_discs(view)
-        method = view.quality.method
-        if method in TABLE_METHODS and "inscatter" not in textures:
-            method = "segments"  # until the table is ready
-        method_defines, method_uniforms, class_features = METHODS[method](view)
-        method_samplers = table_samplers(method_uniforms, textures)
-        if method in TABLE_METHODS:
-            method_samplers |= inscatter_samplers(textures)
-        moons = eclipse_inputs(view.scene, sun, textures) if method == "segments" else ({}, {}, {})
-        if moons[0]:
-            method_uniforms |= {"u_camera_position": view.position}
-        method_defines, method_uniforms, method_samplers = (
-            {**own, **more} for own, more in zip((method_defines, method_uniforms, method_samplers), moons, strict=True)
-        )
-        if "multiple_view" in textures and view.quality.method == "segments":
-            method_defines = {**method_defines, **view_defines(view)}
-            more = {**multiple_uniforms(view.scene.atmosphere), **view_uniforms(view, sun)}
-            method_uniforms = {**method_uniforms, **more}
-            method_samplers = {**method_samplers, "u_multiple_view": textures["multiple_view"]}
+        seen, air, class_features = composite_inputs(view, textures, sun, first)
+        seen[2]["u_cuts"] = textures["cuts"]
         if not first:
             self.ctx.enable(moderngl.BLEND)
             self.ctx.blend_func = moderngl.ONE, moderngl.ONE, moderngl.ZERO, moderngl.ONE
+        if view.has_terminator(sun):
+            class_features = (*class_features, HIGH_SUN_CLASS)
         with depth_test(self.ctx, "=="):
             for number, features in enumerate(class_features):
-                air = (method_defines, method_uniforms, method_samplers) if features else ({}, {}, {})
                 if number == 0 and view.is_inside:
                     continue  # every ray meets the air
-                self.fullscreen(
-                    "atmosphere.frag",
-                    {**defines, **features, **air[0]},
-                    {**uniforms, **air[1], "u_class": number},
-                    {**samplers, **air[2]},
-                    vertex="class.vert",
-                )
+                disc = NOTHING if features is HIGH_SUN_CLASS else terminator_inputs(view, sun)
+                own = features, {"u_class": number}, {}
+                inputs = joined(seen, air, disc, own) if features else joined(seen, own)
+                self.fullscreen("atmosphere.frag", *inputs, vertex="class.vert")
         self.ctx.disable(moderngl.BLEND)
         self.ctx.blend_func = moderngl.ONE, moderngl.ZERO
         textures["color"] = self.target.color[0]
 
-    @staticmethod
-    def _common(view, sun):
-        uniforms = {**view.camera_uniforms(), **view.axis_uniforms(sun), "u_irradiance": sun.irradiance}
-        return {"HAS_FAR_CAMERA": True} if view.is_far else {}, uniforms
+
+def joined(*inputs) -> tuple[dict, dict, dict]:
+    """Join several triples of defines, uniforms and samplers."""
+    return tuple({name: value for part in kind for name, value in part.items()} for kind in zip(*inputs, strict=True))
+
+
+def composite_inputs(view, textures, sun, first) -> tuple[tuple, tuple, tuple]:
+    """Return what atmosphere.frag needs for one sun; the background comes in with the first one that is drawn.
+
+    Returns
+    -------
+    seen, air : (dict, dict, dict)
+        Defines, uniforms and samplers of what stands behind the air, and in addition of the air.
+    class_features : tuple of dict
+        Defines that select the shader of each class of pixels.
+    """
+    defines = {"HAS_FAR_CAMERA": True} if view.is_far else {}
+    uniforms = {**view.camera_uniforms(), **view.axis_uniforms(sun), "u_irradiance": sun.irradiance}
+    samplers = {}
+    if first and "background" in textures:
+        defines["HAS_BACKGROUND"] = True
+        samplers["u_background"] = textures["background"]
+    if view.scene.sun_disc:
+        defines["HAS_SUN_DISC"] = True
+        uniforms |= sun_disc_uniforms(view, sun)
+        if view.scene.occluders:
+            defines |= {"HAS_MOONS": True, "MOONS": len(view.scene.occluders)}
+            uniforms["u_moons"] = moon_discs(view)
+    method = view.quality.method
+    if method in TABLE_METHODS and "inscatter" not in textures:
+        method = "segments"  # until the table is ready
+    method_defines, method_uniforms, class_features = METHODS[method](view)
+    method_samplers = table_samplers(method_uniforms, textures)
+    if method in TABLE_METHODS:
+        method_samplers |= inscatter_samplers(textures)
+    if "view_inscatter" in textures:
+        method_defines = {**method_defines, "HAS_TABLE4D_VIEW": True}
+        method_samplers |= {f"u_{name}": textures[name] for name in VIEW_TEXTURES}
+    air = method_defines, method_uniforms, method_samplers
+    moons = eclipse_inputs(sun, textures) if method in PATH_METHODS else NOTHING
+    if moons[0]:
+        air = joined(air, moons, ({}, {"u_camera_position": view.position}, {}))
+    if "multiple_view" in textures and view.quality.method in PATH_METHODS:
+        more = {**multiple_uniforms(view.scene.atmosphere), **view_uniforms(view, sun, textures)}
+        air = joined(air, (view_defines(view, textures), more, {"u_multiple_view": textures["multiple_view"]}))
+        if moons[0] and "eclipse_view" in textures:
+            air = joined(air, ({"HAS_SHADE": True, "RATIO_SHADE": SHADE}, {}, {}))
+            if not goes_by_cells(view, textures):
+                air = joined(air, textures["eclipse_view"])
+    return (defines, uniforms, samplers), air, class_features
 
 
 def sun_disc_uniforms(view, sun) -> dict:
-    """Return the uniforms of sun_disc.glsl: the disc's mean radiance is the irradiance over its solid angle."""
-    sine = sun.radius / sun.distance
+    """Return the uniforms of sun_disc.glsl: the disc's mean radiance is the irradiance over its solid angle.
+
+    The disc stands where the camera sees it, as the moons before it do, which is not quite where all light comes from.
+    """
+    toward = sun.distance * np.array(sun.direction) - view.position
+    distance = float(np.linalg.norm(toward))
+    sine = min(sun.radius / max(distance, 1e-30), 1.0)
     center = 1.0 / (math.pi * sine * sine * (1.0 - sun.limb_darkening / 3.0))
-    return {"u_sun_disc": (sine, sun.limb_darkening, center), "u_pixel_angle": view.pixel_angle}
+    return {
+        "u_sun_disc": (sine, sun.limb_darkening, center),
+        "u_sun_toward": toward / max(distance, 1e-30),
+        "u_pixel_angle": view.pixel_angle,
+    }
 
 
 def segments_method(view):
@@ -126,13 +160,18 @@ def widths_method(view):
     A brightness of 1, white on the published display, is that of a white wall in the sun.
     """
     nearest, farthest = view.air_range
-    blue = max(view.scene.atmosphere.rayleigh_scattering) or 1.0
-    color = [math.sqrt(c / blue) / math.pi for c in view.scene.atmosphere.rayleigh_scattering]
-    uniforms = {"u_air_color": (*color, WIDTHS_OPACITY), "u_range": farthest - nearest}
+    uniforms = {"u_air_color": published_color(view.scene.atmosphere), "u_range": farthest - nearest}
     return {"HAS_WIDTHS": True}, uniforms, ({}, *[{"HAS_AIR": True}] * (len(CLASS_FEATURES) - 1))
 
 
+def published_color(atmosphere) -> tuple[float, float, float, float]:
+    """Return color and opacity of a unit of brightness for the method "widths"."""
+    blue = max(atmosphere.rayleigh_scattering) or 1.0
+    return *(math.sqrt(c / blue) / math.pi for c in atmosphere.rayleigh_scattering), WIDTHS_OPACITY
+
+
 METHODS = {
+    "march": march_method,
     "segments": segments_method,
     "table3d": table3d_method,
     "table3d-multiple": table3d_method,

@@ -49,6 +49,7 @@ class RenderPass:
 
     def release(self) -> None:
         """Release everything that the pass made."""
+        self.__dict__.pop("_triangles", None)
         while self._owned:
             self._owned.pop().release()
 

@@ -14,8 +14,8 @@ from shadowatmo.passes.gallery import Gallery
 from shadowatmo.passes.gl.context import describe_context, open_context
 from shadowatmo.worlds import WORLDS
 
-PACKAGES = ("moderngl", "glcontext", "numpy", "pyrr", "pillow", "moderngl-window")
-OPTIONAL = ("moderngl-window",)  # for the window of demo.py
+PACKAGES = ("moderngl", "glcontext", "numpy", "pyrr", "pillow", "moderngl-window", "ephem")
+OPTIONAL = {"moderngl-window": "the window of demo.py", "ephem": "the sky of a date"}  # what needs them
 TINY = (64, 36)
 
 
@@ -37,7 +37,7 @@ def _check_packages(write) -> bool:
         except PackageNotFoundError:
             needed = name not in OPTIONAL
             sound = sound and not needed
-            why = "FAILED: needed" if needed else "not installed; only the window of demo.py needs it"
+            why = "FAILED: needed" if needed else f"not installed; only {OPTIONAL[name]} needs it"
             write(f"{name:<16} {why}; pip install {name}")
     return sound
 

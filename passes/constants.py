@@ -1,5 +1,7 @@
 """Scene and quality as the shaders' uniforms and defines: one place that knows both vocabularies."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from shadowatmo.extremes import (
@@ -34,6 +36,7 @@ def medium_uniforms(atmosphere) -> dict:
     uniforms = {
         **air_uniforms(atmosphere),
         "u_scale_height": (atmosphere.rayleigh_scale_height, atmosphere.mie_scale_height),
+        "u_falloff": (1.0 / atmosphere.rayleigh_scale_height, 1.0 / atmosphere.mie_scale_height),
         "u_rayleigh_scattering": atmosphere.rayleigh_scattering,
         "u_mie_scattering": atmosphere.mie_scattering,
         "u_mie_extinction": atmosphere.mie_extinction,
@@ -61,6 +64,7 @@ def medium_defines(atmosphere) -> dict:
     features = {
         "HAS_OZONE": has_ozone(atmosphere),
         "HAS_CURVED_OZONE": has_ozone(atmosphere) and has_curved_ozone(atmosphere),
+        "HAS_NO_AEROSOLS": not any(atmosphere.mie_extinction),
         "HAS_DEEP_SHELL": is_deep(atmosphere),
         "HAS_THICK_AIR": is_thick(atmosphere),
     }
@@ -75,7 +79,7 @@ def has_ozone(atmosphere) -> bool:
 
 def transmittance_defines(atmosphere, quality) -> dict:
     """Return the features of transmittance.glsl that a quality asks for."""
-    if quality.transmittance == "table":
+    if quality.column_table:
         return {"HAS_TABLE": True, "HAS_TABLE_MAPPING": True}
     scale_height = max(atmosphere.rayleigh_scale_height, atmosphere.mie_scale_height)
     dense_top = np.exp(-atmosphere.thickness / scale_height) > TOP_DENSITY[quality.terms]
@@ -90,11 +94,16 @@ def column_uniforms(count) -> dict:
 def segment_defines(quality, atmosphere=None) -> dict:
     """Return the quadrature constants of segments.glsl; an atmosphere may ask for more nodes than the quality."""
     count = quality.nodes if atmosphere is None else nodes_for(atmosphere, quality.nodes)
+    return dict(_quadrature_defines(count, quality.gap_nodes))
+
+
+@lru_cache(maxsize=64)
+def _quadrature_defines(count, gap_count):
     nodes, weights = gauss_legendre(count)
-    gap_nodes, gap_weights = gauss_legendre(quality.gap_nodes)
+    gap_nodes, gap_weights = gauss_legendre(gap_count)
     return {
         "NODE_COUNT": count,
-        "GAP_COUNT": quality.gap_nodes,
+        "GAP_COUNT": gap_count,
         "NODE_VALUES": glsl_array(nodes),
         "WEIGHT_VALUES": glsl_array(weights),
         "CUMULATIVE_VALUES": glsl_array(cumulative_matrix(count).ravel()),

@@ -17,7 +17,13 @@ class Frame:
     depth : moderngl.Texture
         Distance [m] along the pixel's ray to whatever solid is there, inf for none; R 32-bit float.
     lit_width, shadow_width : moderngl.Texture
-        Path [m] inside the air outside and inside the planet's shadow of sun 0, R 32-bit float.
+        Path [m] inside the air outside and inside the planet's shadow of sun 0, R 32-bit float. Of a sun with
+        `disc_at_terminator` the shadow is where the limb hides its whole disc.
+
+    Notes
+    -----
+    Fields other than the color are worked out when they are first asked for. With a tolerance above 0 that means from
+    the depth that `compose` was given, which must still be what it was.
     """
 
     def __init__(self, renderer, number, textures):

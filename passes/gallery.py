@@ -7,7 +7,9 @@ from PIL import Image
 
 from shadowatmo.errors import PassError
 from shadowatmo.false_color import left_half, widths_image
+from shadowatmo.fisheye import face_cameras, resample
 from shadowatmo.gallery import Picture
+from shadowatmo.passes.develop import develop
 from shadowatmo.passes.frame import Frame
 from shadowatmo.passes.pipeline import Renderer
 from shadowatmo.passes.tonemap import automatic_exposure
@@ -42,9 +44,11 @@ class Gallery:
         PassError
             If a pixel came out as NaN or infinite.
         """
+        if picture.style == "fisheye":
+            return self._fisheye(picture)
         frame = self._frame(picture, picture.quality)
         if picture.style == "color":
-            exposure = picture.exposure or automatic_exposure(frame.numpy())
+            exposure = _exposure(picture, frame.numpy())
             image = frame.image(exposure)
             if picture.left is not None:
                 other = self._frame(picture, {**picture.quality, **picture.left}).image(exposure)
@@ -53,13 +57,29 @@ class Gallery:
         widths = (frame.read(name)[..., 0] for name in ("lit_width", "shadow_width"))
         return widths_image(*widths, left_half(frame.image(picture.exposure)) if picture.style == "split" else None)
 
-    def _frame(self, picture, changes) -> Frame:
-        """Return a picture's frame at the set's quality with some changes."""
-        quality = replace(self.quality, **changes)
-        if quality not in self._renderers:
-            self._renderers[quality] = Renderer(self.ctx, picture.scene, self.size, quality, **self._tables)
-        renderer = self._renderers[quality]
+    def _fisheye(self, picture) -> Image.Image:
+        """Return the sky above a picture's camera."""
+        side = min(self.size)
+        faces = [
+            self._frame(replace(picture, camera=camera), picture.quality, (side, side)).numpy()
+            for camera in face_cameras(picture.camera.position)
+        ]
+        radiance = resample(faces, self.size)
+        exposure = _exposure(picture, radiance)
+        renderer = self._renderer(picture, replace(self.quality, **picture.quality), self.size)
+        return develop(renderer, radiance, exposure)
+
+    def _renderer(self, picture, quality, size) -> Renderer:
+        """Return the renderer of a quality and a size, with a picture's scene."""
+        if (quality, size) not in self._renderers:
+            self._renderers[quality, size] = Renderer(self.ctx, picture.scene, size, quality, **self._tables)
+        renderer = self._renderers[quality, size]
         renderer.scene = picture.scene
+        return renderer
+
+    def _frame(self, picture, changes, size=None) -> Frame:
+        """Return a picture's frame at the set's quality with some changes."""
+        renderer = self._renderer(picture, replace(self.quality, **changes), size or self.size)
         frame = renderer.render(picture.camera)
         if not np.isfinite(frame.numpy()).all():
             raise PassError(f"picture {picture.name} has pixels that are not finite; please report it")
@@ -75,3 +95,8 @@ class Gallery:
 
     def __exit__(self, *exception) -> None:
         self.close()
+
+
+def _exposure(picture, radiance) -> float:
+    """Return the exposure of a picture for its radiances (h, w, 3)."""
+    return picture.exposure or picture.compensation * automatic_exposure(radiance)

@@ -6,6 +6,7 @@ of every linear step come from the twin in float64.
 """
 
 import math
+from functools import lru_cache
 from importlib.resources import files
 
 import numpy as np
@@ -61,7 +62,12 @@ def multiple_samplers(textures) -> dict:
 def path_defines(nodes, gap_nodes) -> dict:
     """Return the quadrature constants of segments.glsl and multiple_path.glsl."""
     values = segment_defines(Quality(nodes=nodes, gap_nodes=gap_nodes))
-    return {**values, "GAP_CUMULATIVE_VALUES": glsl_array(cumulative_matrix(gap_nodes).ravel())}
+    return {**values, "GAP_CUMULATIVE_VALUES": _gap_values(gap_nodes)}
+
+
+@lru_cache(maxsize=64)
+def _gap_values(gap_nodes):
+    return glsl_array(cumulative_matrix(gap_nodes).ravel())
 
 
 def _sizes(recipe):

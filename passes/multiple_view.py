@@ -9,52 +9,81 @@ from shadowatmo.passes.constants import medium_defines, medium_uniforms, segment
 from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.multiple import multiple_defines, multiple_samplers, multiple_uniforms, path_defines
 
-CELL = 16  # pixels
+CELLS = {False: 16, True: 20}  # pixels, by whether the frame is interpolated between samples
 FIRST = 0.375  # scale of the slices' distances in Rayleigh scale heights: uniform below, logarithmic beyond
 HIGH_ALTITUDE = 2.5  # of the camera, in scale heights of the higher layer, from which the table goes by geometry
-HIGH_SIZE = (65, 128)  # azimuths, rows of both halves
+GEOMETRY_SIZES = {False: (49, 96), True: (65, 128)}  # azimuths, rows of both halves; the finer one for high cameras
 SLICES = {False: 12, True: 6}  # by whether the camera is high
-NODES = {False: 8, True: 10}
+LOWEST = 1.0  # m, altitude of the camera that the table by geometry still tells from the ground
+NODES = {False: 8, True: 10}  # by whether it is the finer one
+
+
+def has_whole_paths(view, textures) -> bool:
+    """Return whether the table needs whole paths alone: nothing but the ground's sphere and the top ends one.
+
+    Only asked for where the frame is interpolated between samples; without, each altitude keeps the table it has had.
+    """
+    return view.quality.tolerance > 0.0 and not {"planet_depth", "host_depth"} & set(textures)
 
 
 def is_high(view) -> bool:
-    """Return whether the table of a view goes by geometry, and not by cells of the frame."""
+    """Return whether the camera is so high that the table goes by geometry, and not by cells of the frame."""
     atmosphere = view.scene.atmosphere
     return view.altitude > HIGH_ALTITUDE * max(atmosphere.rayleigh_scale_height, atmosphere.mie_scale_height)
 
 
-def view_defines(view) -> dict:
+def view_defines(view, textures) -> dict:
     """Return the defines of multiple_view.glsl for the lookup."""
-    return {"HAS_MULTIPLE_VIEW": True, **_kind(view)}
+    return {"HAS_MULTIPLE_VIEW": True, **_kind(view, textures)}
 
 
-def view_uniforms(view, sun) -> dict:
+def view_uniforms(view, sun, textures) -> dict:
     """Return the uniforms of multiple_view.glsl."""
     atmosphere = view.scene.atmosphere
-    if not is_high(view):
+    size = {"u_view_size": _size(view, textures)}
+    if goes_by_cells(view, textures):
         longest = 2.0 * math.sqrt(atmosphere.top_radius**2 - atmosphere.bottom_radius**2)
         first = FIRST * atmosphere.rayleigh_scale_height
-        return {"u_view_size": _size(view), "u_view_slices": (first, 1.0 / math.log1p(longest / first))}
+        return {**size, "u_view_slices": (first, 1.0 / math.log1p(longest / first))}
     inside = view.altitude < atmosphere.thickness
     across = np.array(sun.direction) - (sun.direction @ view.up) * view.up
     length = float(np.linalg.norm(across))
     other = np.eye(3)[np.argmin(np.abs(view.up))]
     toward = across / length if length > 1e-6 else np.cross(view.up, other) / np.linalg.norm(np.cross(view.up, other))
+    highest = min(max(view.altitude, LOWEST), atmosphere.thickness)
     return {
-        "u_view_size": _size(view),
-        "u_view_top": (min(view.altitude, atmosphere.thickness), 0.5 if inside else 1.0, view.radius),
+        **size,
+        "u_view_top": (highest, 0.5 if inside else 1.0, view.radius),
         "u_view_up": view.up,
         "u_view_toward": toward,
     }
 
 
-def _kind(view):
+def goes_by_cells(view, textures) -> bool:
+    """Return whether the table goes by cells of the frame, and then has what moons leave in it, but for shade()."""
+    return not (is_high(view) or has_whole_paths(view, textures))
+
+
+def _kind(view, textures):
+    if has_whole_paths(view, textures):
+        return {"SLICES": 1, "HAS_HIGH_CAMERA": True, "HAS_WHOLE_PATHS": True}
     high = is_high(view)
-    return {"SLICES": SLICES[high], **({"HAS_HIGH_CAMERA": True} if high else {"CELL": CELL})}
+    return {"SLICES": SLICES[high], **({"HAS_HIGH_CAMERA": True} if high else {"CELL": _cell(view)})}
 
 
-def _size(view):
-    return HIGH_SIZE if is_high(view) else tuple(-(-n // CELL) + 1 for n in view.size)
+def _cell(view):
+    return CELLS[view.quality.tolerance > 0.0]
+
+
+def _is_fine(view, textures):
+    """Return whether a high camera's table has all its texels: not where slices must be paid between samples."""
+    return is_high(view) and (view.quality.tolerance == 0.0 or has_whole_paths(view, textures))
+
+
+def _size(view, textures):
+    if not goes_by_cells(view, textures):
+        return GEOMETRY_SIZES[_is_fine(view, textures)]
+    return tuple(-(-n // _cell(view)) + 1 for n in view.size)
 
 
 class MultipleView(RenderPass):
@@ -69,23 +98,29 @@ class MultipleView(RenderPass):
         self._targets = {}
 
     def draw(self, view, textures, sun, recipe):
-        atmosphere, high = view.scene.atmosphere, is_high(view)
-        if high not in self._targets:
-            width, height = _size(view)
-            target = self.own(Target(self.ctx, (width, height * SLICES[high]), color=("rgba32f",)))
+        atmosphere, geometry = view.scene.atmosphere, not goes_by_cells(view, textures)
+        kind, (width, height) = _kind(view, textures), _size(view, textures)
+        size = width, height * kind["SLICES"]
+        if size not in self._targets:
+            target = self.own(Target(self.ctx, size, color=("rgba32f",)))
             target.color[0].filter = (self.ctx.LINEAR, self.ctx.LINEAR)
-            self._targets[high] = target
-        defines = {**medium_defines(atmosphere), **multiple_defines(recipe), **path_defines(NODES[high], 2)}
+            self._targets[size] = target
+        nodes = path_defines(NODES[_is_fine(view, textures)], 2)
+        defines = {**medium_defines(atmosphere), **multiple_defines(recipe), **nodes}
         uniforms = {**view.camera_uniforms(), **medium_uniforms(atmosphere), **segment_uniforms(atmosphere)}
-        uniforms |= {**multiple_uniforms(atmosphere), **view_uniforms(view, sun), **view.axis_uniforms(sun)}
-        defines |= {"TERMS": 4, **_kind(view)}
-        if view.is_far and not high:
+        uniforms |= {**multiple_uniforms(atmosphere), **view_uniforms(view, sun, textures), **view.axis_uniforms(sun)}
+        defines |= {"TERMS": 4, **kind}
+        if view.is_far and not geometry:
             defines["HAS_FAR_CAMERA"] = True
         elif view.is_far:
             uniforms.pop("u_moments")
-        self._targets[high].framebuffer.use()
-        self.fullscreen("multiple_view.frag", defines, uniforms, multiple_samplers(textures))
-        textures["multiple_view"] = self._targets[high].color[0]
+        samplers = multiple_samplers(textures)
+        if goes_by_cells(view, textures) and "eclipse_view" in textures:
+            moons = textures["eclipse_view"]
+            defines, uniforms, samplers = defines | moons[0], uniforms | moons[1], samplers | moons[2]
+        self._targets[size].framebuffer.use()
+        self.fullscreen("multiple_view.frag", defines, uniforms, samplers)
+        textures["multiple_view"] = self._targets[size].color[0]
 
     def release(self):
         super().release()

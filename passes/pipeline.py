@@ -4,11 +4,16 @@ import numpy as np
 
 from shadowatmo.cache import TableCache
 from shadowatmo.camera import Camera
+from shadowatmo.eclipse_multiple import RATIO_RECIPES
 from shadowatmo.errors import ParameterError, PassError
 from shadowatmo.multiple_recipes import RECIPES
+from shadowatmo.passes.adaptive import AdaptiveComposite
 from shadowatmo.passes.atmosphere import AtmosphereComposite
 from shadowatmo.passes.atmosphere_back_depth import AtmosphereBackDepth
+from shadowatmo.passes.cone_depth import ConeDepth
 from shadowatmo.passes.eclipse import Eclipse
+from shadowatmo.passes.eclipse_multiple import EclipseMultiple
+from shadowatmo.passes.eclipse_view import EclipseView
 from shadowatmo.passes.frame import Frame
 from shadowatmo.passes.gl.context import check_alive
 from shadowatmo.passes.gl.state import preserve_state
@@ -16,9 +21,11 @@ from shadowatmo.passes.gl.textures import check_size
 from shadowatmo.passes.multiple import MultipleScattering
 from shadowatmo.passes.multiple_view import MultipleView
 from shadowatmo.passes.planet import Planet
-from shadowatmo.passes.planning import make_plan, warn_of_approximations
+from shadowatmo.passes.planning import composite_name, make_plan, warn_of_approximations
 from shadowatmo.passes.shadow_back_depth import ShadowBackDepth
 from shadowatmo.passes.shadow_front_depth import ShadowFrontDepth
+from shadowatmo.passes.sun_visibility import SunVisibility
+from shadowatmo.passes.table4d_view import Table4DView
 from shadowatmo.passes.table_probe import make_table, method_orders
 from shadowatmo.passes.tables import TableKeeper
 from shadowatmo.passes.tonemap import Tonemap
@@ -28,7 +35,7 @@ from shadowatmo.passes.widths import Field, Widths, check_convention
 from shadowatmo.plan import Plan
 from shadowatmo.quality import as_quality
 from shadowatmo.scene import Scene
-from shadowatmo.validation import instance, number
+from shadowatmo.validation import instance, integer, number
 
 
 class Renderer:
@@ -90,7 +97,7 @@ class Renderer:
         before, self._scene = getattr(self, "_scene", None), scene
         if before == scene:
             return
-        warn_of_approximations(scene)
+        warn_of_approximations(scene, self.quality)
         if before is None:
             return
         if before.surface != scene.surface:
@@ -104,15 +111,19 @@ class Renderer:
             "transmittance": lambda: TransmittanceTable(self.ctx),
             "table3d": self._make_inscatter,
             "table4d": self._make_inscatter,
+            "table4d_view": lambda: Table4DView(self.ctx),
             "multiple": self._make_multiple,
             "multiple_view": lambda: MultipleView(self.ctx, self.size),
             "eclipse": lambda: Eclipse(self.ctx),
+            "eclipse_multiple": self._make_eclipse_multiple,
+            "eclipse_view": lambda: EclipseView(self.ctx, self.size),
             "shadow_back_depth": lambda: ShadowBackDepth(self.ctx, self.size, depth_format),
             "shadow_front_depth": lambda: ShadowFrontDepth(self.ctx, self.size, depth_format),
             "planet": lambda: Planet(self.ctx, self.size, depth_format, self.scene.surface),
             "atmosphere_back_depth": lambda: AtmosphereBackDepth(self.ctx, self.size, depth_format),
             "widths": lambda: Widths(self.ctx, self.size),
             "atmosphere": lambda: AtmosphereComposite(self.ctx, self.size),
+            "adaptive": lambda: AdaptiveComposite(self.ctx, self.size),
         }
         for step in self.plan.steps:
             if step.name not in self._passes:
@@ -123,6 +134,10 @@ class Renderer:
             return MultipleScattering(self.ctx, RECIPES[self.quality.multiple])
 
         return TableKeeper(self.ctx, table, self._cache, self._progress, self._table_budget)
+
+    def _make_eclipse_multiple(self):
+        effort = self.quality.multiple
+        return EclipseMultiple(self.ctx, RATIO_RECIPES[effort], RECIPES[effort])
 
     def _make_inscatter(self):
         method, orders = self.quality.method, method_orders(self.quality)
@@ -175,6 +190,62 @@ class Renderer:
             raise ParameterError("target", f"size {tuple(target.size)}", f"a framebuffer of size {self.size}")
         return self._frame(camera, textures, target)
 
+    def sun_visibility(self, depth, camera, sun=0):
+        """Return how much of a sun is left on the surfaces of a host's depth, as a texture.
+
+        Parameters
+        ----------
+        depth : moderngl.Texture or int
+            As in `compose`, of the renderer's size; `camera.depth` says how it is to be read.
+        camera : Camera
+            The one that the host drew with.
+        sun : int
+            Which of the scene's suns.
+
+        Returns
+        -------
+        moderngl.Texture
+            One 32-bit float channel, in [0, 1], without the air: moons, rings and the planet's own shadow, that of a
+            parallel sun. 1 where the host drew nothing. It is the renderer's; the next call draws into it again.
+        """
+        self._check_open()
+        instance("camera", camera, Camera, "a Camera")
+        star = self.scene.suns[integer("sun", sun, low=0, high=len(self.scene.suns) - 1)]
+        textures = {"host_depth": self._host_texture("depth", depth, 1, None)}
+        check_convention(textures["host_depth"], camera.depth)
+        view = View(self.scene, self.quality, camera, self.size)
+        with preserve_state(self.ctx):
+            if "eclipse" in self._passes:
+                self._passes["eclipse"].draw(self.scene, textures)
+            if "sun_visibility" not in self._passes:
+                self._passes["sun_visibility"] = SunVisibility(self.ctx, self.size)
+            self._passes["sun_visibility"].draw(view, textures, star)
+        return textures["sun_visibility"]
+
+    def cone_depths(self, camera, sun=0) -> tuple:
+        """Return where pixels' rays are in the shadow cones of the occluders whose penumbra reaches the air.
+
+        Parameters
+        ----------
+        camera : Camera
+            Whose rays.
+        sun : int
+            Which of the scene's suns.
+
+        Returns
+        -------
+        tuple of passes.cone_depth.ConeDepths
+            One for each occluder; its textures are the renderer's until the next call.
+        """
+        self._check_open()
+        instance("camera", camera, Camera, "a Camera")
+        star, textures = self.scene.suns[integer("sun", sun, low=0, high=len(self.scene.suns) - 1)], {}
+        with preserve_state(self.ctx):
+            if "cone_depth" not in self._passes:
+                self._passes["cone_depth"] = ConeDepth(self.ctx, self.size)
+            self._passes["cone_depth"].draw(View(self.scene, self.quality, camera, self.size), textures, star)
+        return textures["cone_depths"]
+
     def _host_texture(self, name, texture, components, is_depth):
         """Return a host's texture as a moderngl one, of the right size."""
         check_alive(self.ctx)
@@ -200,12 +271,15 @@ class Renderer:
 
     def _run(self, view, textures) -> dict:
         """Draw all passes of a view and return every texture by name."""
-        composed = "host_depth" in textures
+        composed, composite = "host_depth" in textures, self._passes[composite_name(self.quality)]
+        self._view = view
         for name in ("transmittance", "table3d", "table4d", "multiple"):
             if name in self._passes:
                 self._passes[name].draw(self.scene.atmosphere, textures)
         if "eclipse" in self._passes:
             self._passes["eclipse"].draw(self.scene, textures)
+        if "eclipse_multiple" in self._passes:
+            self._passes["eclipse_multiple"].draw(self.scene, textures)
         if "planet" in self._passes and not composed:
             self._passes["planet"].draw(view, textures)
             if "planet_color" in textures:
@@ -217,19 +291,27 @@ class Renderer:
             for name in ("shadow_back_depth", "shadow_front_depth", "widths"):
                 if name in self._passes:
                     self._passes[name].draw(view, textures, sun)
+            if "table4d_view" in self._passes:
+                self._passes["table4d_view"].draw(view, textures, sun)
+            if "eclipse_view" in self._passes:
+                self._passes["eclipse_view"].draw(view, textures, sun)
             if "multiple_view" in self._passes and "multiple_table" in textures:
                 self._passes["multiple_view"].draw(view, textures, sun, RECIPES[self.quality.multiple])
-            self._passes["atmosphere"].draw(view, textures, sun, first=place == 0)
+            composite.draw(view, textures, sun, first=place == 0)
         return textures
 
     def _copy(self, texture, framebuffer):
         framebuffer.use()
-        self._passes["atmosphere"].fullscreen("copy.frag", {}, {}, {"u_color": texture})
+        self._passes[composite_name(self.quality)].fullscreen("copy.frag", {}, {}, {"u_color": texture})
 
     def field(self, name, textures):
         """Return the texture of a field of the frame just drawn: "depth", "lit_width" or "shadow_width"."""
         self._check_open()
         with preserve_state(self.ctx):
+            if "cuts" not in textures:  # pass 5 went without
+                if "late_widths" not in self._passes:
+                    self._passes["late_widths"] = Widths(self.ctx, self.size)
+                self._passes["late_widths"].draw(self._view, textures, self._view.scene.suns[0])
             if name not in self._passes:
                 self._passes[name] = Field(self.ctx, self.size, name)
             return self._passes[name].draw(textures)

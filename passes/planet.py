@@ -5,6 +5,7 @@ import math
 import moderngl
 import numpy as np
 
+from shadowatmo.eclipse_multiple import RATIO_RECIPES
 from shadowatmo.multiple_recipes import RECIPES
 from shadowatmo.passes.base import RenderPass, depth_test
 from shadowatmo.passes.constants import (
@@ -16,10 +17,12 @@ from shadowatmo.passes.constants import (
     transmittance_defines,
 )
 from shadowatmo.passes.eclipse import eclipse_inputs
+from shadowatmo.passes.eclipse_multiple import ratio_inputs
 from shadowatmo.passes.gl.shader import bind_textures, build_program, set_uniforms
 from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.multiple import multiple_defines, multiple_samplers, multiple_uniforms
 from shadowatmo.passes.surface_maps import SurfaceMaps
+from shadowatmo.passes.terminator import terminator_defines, terminator_uniforms
 from shadowatmo.passes.transmittance import table_samplers
 from shadowatmo.quality import Quality
 
@@ -123,7 +126,11 @@ class Planet(RenderPass):
         if "HAS_WATER" in defines:
             defines |= {"HAS_SHADOW": True, "HAS_TWO_PIECES": True, **segment_defines(MIRRORED_SKY, atmosphere)}
             uniforms |= {**segment_uniforms(atmosphere), **cone_uniforms("u_shadow", view.shadow_cone(sun))}
-        moons = eclipse_inputs(view.scene, sun, textures)
+        defines |= terminator_defines(sun, view.quality)
+        uniforms |= terminator_uniforms(sun)
+        moons = eclipse_inputs(sun, textures)
+        ratio = ratio_inputs(view.scene, sun, textures, RATIO_RECIPES[view.quality.multiple])
+        moons = tuple({**a, **b} for a, b in zip(moons, ratio, strict=True))
         samplers |= table_samplers(uniforms, textures)
         return {**defines, **moons[0]}, {**uniforms, **moons[1]}, {**samplers, **moons[2]}
 

@@ -7,6 +7,7 @@ here (shadowatmo.ray, shadowatmo.shadow); from there on the shaders do in float3
 import numpy as np
 
 from shadowatmo import shadow
+from shadowatmo.eclipse_multiple import RATIO_RECIPES
 from shadowatmo.multiple_recipes import RECIPES
 from shadowatmo.passes.constants import (
     air_uniforms,
@@ -18,10 +19,12 @@ from shadowatmo.passes.constants import (
     transmittance_defines,
 )
 from shadowatmo.passes.eclipse import Eclipse, eclipse_inputs
+from shadowatmo.passes.eclipse_multiple import EclipseMultiple, ratio_inputs
 from shadowatmo.passes.gl.context import context_store
 from shadowatmo.passes.gl.shader import Fullscreen, bind_textures, build_program, set_uniforms
 from shadowatmo.passes.gl.state import preserve_state
 from shadowatmo.passes.gl.textures import Target
+from shadowatmo.passes.march import march_light
 from shadowatmo.passes.multiple import (
     MultipleScattering,
     multiple_defines,
@@ -32,6 +35,7 @@ from shadowatmo.passes.multiple import (
 from shadowatmo.passes.planning import warn_of_approximations
 from shadowatmo.passes.table_probe import TABLE_METHODS, table_light
 from shadowatmo.passes.tables import TableKeeper
+from shadowatmo.passes.terminator import night_uniforms, terminator_defines, terminator_uniforms
 from shadowatmo.passes.transmittance import TransmittanceTable, table_samplers
 from shadowatmo.quality import as_quality
 from shadowatmo.ray import ray_from_points
@@ -73,7 +77,7 @@ def probe(ctx, scene, origins, directions, t_max=None, quality="accurate") -> Pr
     """
     quality = as_quality(quality)
     rays = Rays.validated(origins, directions, t_max)
-    warn_of_approximations(scene)
+    warn_of_approximations(scene, quality)
     with preserve_state(ctx):
         return _Probe(ctx, scene, rays, quality).run()
 
@@ -83,6 +87,14 @@ def multiple_scattering(ctx, recipe) -> TableKeeper:
     keepers = context_store(ctx).setdefault("probe_tables", {})
     if recipe not in keepers:
         keepers[recipe] = TableKeeper(ctx, lambda: MultipleScattering(ctx, RECIPES[recipe]))
+    return keepers[recipe]
+
+
+def eclipse_multiple(ctx, recipe) -> EclipseMultiple:
+    """Return the context's own volumes of ratios of one recipe, likewise."""
+    keepers = context_store(ctx).setdefault("probe_ratios", {})
+    if recipe not in keepers:
+        keepers[recipe] = EclipseMultiple(ctx, RATIO_RECIPES[recipe], RECIPES[recipe])
     return keepers[recipe]
 
 
@@ -102,7 +114,7 @@ class _Probe:
     def run(self) -> ProbeResult:
         table = None
         try:
-            if self.quality.transmittance == "table":
+            if self.quality.column_table:
                 table = TransmittanceTable(self.ctx)
                 table.draw(self.scene.atmosphere, self.tables)
             radiometry = [self._radiometry(sun) for sun in self.scene.suns]
@@ -178,14 +190,17 @@ class _Probe:
         uniforms = {**medium_uniforms(atmosphere), **segment_uniforms(atmosphere)}
         uniforms["u_ground_albedo"] = atmosphere.ground_albedo
         uniforms |= cone_uniforms("u_shadow", shadow.cylinder(atmosphere.bottom_radius))
+        if sun.disc_at_terminator:
+            defines |= terminator_defines(sun, quality)
+            uniforms |= {**terminator_uniforms(sun), **night_uniforms(atmosphere, sun)}
         self.eclipse.draw(self.scene, self.tables)
-        moons = eclipse_inputs(self.scene, sun, self.tables)
+        moons = eclipse_inputs(sun, self.tables)
         defines |= moons[0]
         uniforms |= moons[1]
         textures = {"u_ray": self._texture(ray.x, ray.k, ray.tangent_k, ray.air)}
         textures |= self._axis_textures(axis, self.rays.t_max - ray.start)
         textures |= table_samplers(uniforms, self.tables)
-        if moons[2]:
+        if moons[0]:
             textures |= moons[2]
             textures |= {"u_base": self._texture(*self.base.T), "u_direction": self._texture(*self.rays.directions.T)}
         if quality.method in TABLE_METHODS:
@@ -194,14 +209,30 @@ class _Probe:
             single, *others = table_light(self.ctx, atmosphere, quality, self._draw, rays)
             return [found[0], np.column_stack([single, found[1][:, 3]]), found[2], *others]
         if quality.orders == 1:
-            return self._draw("probe.frag", defines, uniforms, textures, 3)
+            found = self._draw("probe.frag", defines, uniforms, textures, 3)
+            return self._marched(found, textures, moons) if quality.method == "march" else found
         recipe = RECIPES[quality.multiple]
         multiple_scattering(self.ctx, quality.multiple).draw(atmosphere, self.tables)
         counts = nodes_for(atmosphere, quality.nodes), quality.gap_nodes
         defines |= {**multiple_defines(recipe), **path_defines(*counts), "HAS_AUREOLE": True}
         uniforms |= multiple_uniforms(atmosphere)
         textures |= multiple_samplers(self.tables)
-        return self._draw("probe.frag", defines, uniforms, textures, 5)
+        eclipse_multiple(self.ctx, quality.multiple).draw(self.scene, self.tables)
+        ratio = ratio_inputs(self.scene, sun, self.tables, RATIO_RECIPES[quality.multiple])
+        if ratio[0]:
+            uniforms["u_node_count"] = counts[0]
+        defines, uniforms, textures = ({**a, **b} for a, b in zip((defines, uniforms, textures), ratio, strict=True))
+        found = self._draw("probe.frag", defines, uniforms, textures, 5)
+        return self._marched(found, textures, moons) if quality.method == "march" else found
+
+    def _marched(self, found, textures, moons):
+        """Put transmittance and single scattering of "march" into what probe.frag found."""
+        size = {}
+        table = table_samplers(size, self.tables), size
+        names = ("u_ray", "u_axis", "u_limits", *(("u_base", "u_direction") if moons[0] else ()))
+        rays = {name: textures[name] for name in names}
+        air = march_light(self.scene.atmosphere, self.quality, self._draw, rays, table, moons)
+        return [np.column_stack([a[:, :3], f[:, 3]]) for a, f in zip(air, found, strict=False)] + found[2:]
 
     def _lengths(self, end_distance, center, radius):
         """Return lengths (N, 3) [m] in umbra, antumbra and penumbra of a sphere in the light of sun 0."""

@@ -69,7 +69,7 @@ class Table4D(InscatterTable):
         return table4d_sizes(self.dimensions)
 
     def mapping(self, atmosphere):
-        return {"u_sun_axis": rational_sun(atmosphere, lowest_sun(atmosphere))}
+        return axis_uniforms(atmosphere)
 
     @staticmethod
     def single_uniforms(atmosphere) -> dict:
@@ -110,15 +110,21 @@ def table4d_defines(atmosphere, quality, dimensions, layout) -> dict:
     return {**defines, **transmittance_defines(atmosphere, quality), **LAYOUT_DEFINES[layout]}
 
 
+def axis_uniforms(atmosphere) -> dict:
+    """Return the uniforms that table4d_mapping.glsl adds to those of the air."""
+    return {"u_sun_axis": rational_sun(atmosphere, lowest_sun(atmosphere))}
+
+
 def table4d_uniforms(atmosphere) -> dict:
     """Return the uniforms of table4d.glsl."""
-    axis = rational_sun(atmosphere, lowest_sun(atmosphere))
-    return {**air_uniforms(atmosphere), **medium_uniforms(atmosphere), "u_mie_g": atmosphere.mie_g, "u_sun_axis": axis}
+    uniforms = {**air_uniforms(atmosphere), **medium_uniforms(atmosphere), **axis_uniforms(atmosphere)}
+    return {**uniforms, "u_mie_g": atmosphere.mie_g}
 
 
 def table4d_method(view):
     """Return defines, uniforms and the features of each class of pixels for the method "table4d"."""
     atmosphere, quality = view.scene.atmosphere, view.quality
     lit, shadowed = {"HAS_AIR": True}, {"HAS_AIR": True, "HAS_SHADOW": True}
+    to_top = {"HAS_AIR": True, "HAS_OPEN_END": True}
     defines = table4d_defines(atmosphere, quality, PUBLISHED, LAYOUT)
-    return defines, table4d_uniforms(atmosphere), ({}, lit, shadowed, shadowed)
+    return defines, table4d_uniforms(atmosphere), ({}, lit, shadowed, shadowed, to_top)

@@ -11,6 +11,7 @@ from shadowatmo.passes.constants import air_uniforms, cone_uniforms, shadow_cone
 from shadowatmo.quality import Quality
 from shadowatmo.scene import Scene
 from shadowatmo.shadow import Cone
+from shadowatmo.terminator import night_cone
 
 REVERSED_NEAR = 1e-3  # m, where our reversed depth reaches 1; with a float's range it costs no precision to be so small
 COARSEST, REMOTE_STEP = 2.0**-24, 5e-4  # a float's step; the step, as a share of the air's depth, that is too coarse
@@ -142,8 +143,17 @@ class View:
             "u_shadow_axis.z": self.position @ direction,
         }
 
+    def has_terminator(self, sun: Sun) -> bool:
+        """Return whether the planet's limb hides a finite disc of one sun; the method "segments" alone can do that."""
+        return sun.disc_at_terminator and self.quality.method == "segments"
+
     def shadow_cone(self, sun: Sun) -> Cone:
-        """Return the planet's shadow of one sun in the shape that the quality asks for."""
+        """Return the planet's shadow of one sun in the shape that the quality asks for.
+
+        Where the limb hides a finite disc, it is where the whole disc is hidden, and the light fades before it.
+        """
+        if self.has_terminator(sun):
+            return night_cone(self.scene.atmosphere.bottom_radius, sun)
         return shadow_cone(self.scene.atmosphere, sun, self.quality.shadow)
 
     def shadow_uniforms(self, sun: Sun) -> dict:

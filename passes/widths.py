@@ -4,6 +4,7 @@ from shadowatmo.depth import CONVENTIONS
 from shadowatmo.errors import ParameterError
 from shadowatmo.passes.base import RenderPass, depth_test
 from shadowatmo.passes.gl.textures import Target
+from shadowatmo.passes.terminator import dusk_uniforms, high_sun
 
 KINDS_OF_BUFFER = ("standard", "reversed", "logarithmic")  # what a depth attachment can hold
 # weights of distance, shadow's begin, shadow's end and far end in each field
@@ -23,25 +24,42 @@ class Widths(RenderPass):
         self.target = self.own(Target(ctx, size, color=("rgba32f",), depth="d32f"))
 
     def draw(self, view, textures, sun):
-        defines = {**view.defines()}
-        uniforms = {**view.depth_uniforms(), **view.shadow_uniforms(sun)}
-        samplers = {}
-        if view.quality.depth == "textures" and not view.is_remote:
-            defines["HAS_DEPTH_TEXTURES"] = True
-            samplers |= {f"u_{name}": textures[name] for name in DEPTH_TEXTURES}
-        if "planet_depth" in textures and not view.is_remote:
-            defines["HAS_PLANET_DEPTH"] = True
-            samplers["u_planet_depth"] = textures["planet_depth"]
-        if "host_depth" in textures:
-            depth = view.camera.depth
-            defines |= {"HAS_HOST_DEPTH": True, "CONVENTION": CONVENTIONS.index(depth.kind), **CONVENTION_DEFINES}
-            far = min(depth.far, 3e38)
-            uniforms["u_host_convention"] = (depth.near, far, depth.coefficient, depth.meters_per_unit)
-            samplers["u_host_depth"] = textures["host_depth"]
+        defines, uniforms, samplers = cuts_inputs(view, textures, sun)
+        if view.quality.method == "table4d" and "inscatter" in textures:
+            defines["HAS_OPEN_CLASS"] = True
+        if view.has_terminator(sun):
+            uniforms["u_high_sun"] = high_sun(view.scene.atmosphere, sun)
         self.target.framebuffer.use()
         with depth_test(self.ctx, "1"):
             self.fullscreen("widths.frag", defines, uniforms, samplers)
         textures["cuts"], textures["class"] = self.target.color[0], self.target.depth
+
+
+def cuts_inputs(view, textures, sun) -> tuple[dict, dict, dict]:
+    """Return defines, uniforms and samplers of cuts.glsl for one sun."""
+    defines, samplers = view.defines(), {}
+    uniforms = {**view.depth_uniforms(), **view.shadow_uniforms(sun)}
+    if view.has_terminator(sun):
+        defines["HAS_TERMINATOR"] = True
+        uniforms |= dusk_uniforms(view.scene.atmosphere)
+    if view.quality.depth == "textures" and not view.is_remote:
+        defines["HAS_DEPTH_TEXTURES"] = True
+        samplers |= {f"u_{name}": textures[name] for name in DEPTH_TEXTURES}
+    if "planet_depth" in textures and not view.is_remote:
+        defines["HAS_PLANET_DEPTH"] = True
+        samplers["u_planet_depth"] = textures["planet_depth"]
+    if "host_depth" in textures:
+        host = host_depth_inputs(view, textures)
+        defines, uniforms, samplers = {**defines, **host[0]}, {**uniforms, **host[1]}, {**samplers, **host[2]}
+    return defines, uniforms, samplers
+
+
+def host_depth_inputs(view, textures) -> tuple[dict, dict, dict]:
+    """Return defines, uniforms and samplers that depth.glsl needs to read a host's depth."""
+    depth = view.camera.depth
+    defines = {"HAS_HOST_DEPTH": True, "CONVENTION": CONVENTIONS.index(depth.kind), **CONVENTION_DEFINES}
+    convention = (depth.near, min(depth.far, 3e38), depth.coefficient, depth.meters_per_unit)
+    return defines, {"u_host_convention": convention}, {"u_host_depth": textures["host_depth"]}
 
 
 class Field(RenderPass):

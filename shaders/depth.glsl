@@ -26,8 +26,8 @@ float decode_depth(float depth) { return depth <= 0.0 ? NOTHING : u_clip_planes.
 #endif
 
 // Distance [m] along the pixel's ray of a value in one of our own depth textures.
-float own_distance(sampler2D depth, Pixel pixel) {
-  float z = decode_depth(texelFetch(depth, ivec2(gl_FragCoord.xy), 0).x);
+float own_distance(sampler2D depth, ivec2 texel, Pixel pixel) {
+  float z = decode_depth(texelFetch(depth, texel, 0).x);
   return z >= NOTHING ? NOTHING : z * pixel.stretch;
 }
 
@@ -36,8 +36,8 @@ uniform sampler2D u_host_depth;
 uniform vec4 u_host_convention;  // near, far, coefficient, metres per unit
 
 // Distance [m] along the pixel's ray of the host's surface; NOTHING where there is none.
-float host_distance(Pixel pixel) {
-  vec4 texel = texelFetch(u_host_depth, ivec2(gl_FragCoord.xy), 0);
+float host_distance(ivec2 place, Pixel pixel) {
+  vec4 texel = texelFetch(u_host_depth, place, 0);
   float near = u_host_convention.x;
   float far = u_host_convention.y;
   float d = texel.x;

@@ -1,6 +1,7 @@
 // What the air is made of: two exponential layers and an absorbing tent layer.
 
 uniform vec2 u_scale_height;         // m: molecules, aerosols
+uniform vec2 u_falloff;              // 1/m, 1 / u_scale_height
 uniform vec3 u_rayleigh_scattering;  // 1/m at altitude 0
 uniform vec3 u_mie_scattering;       // 1/m at altitude 0
 uniform vec3 u_mie_extinction;       // 1/m at altitude 0
@@ -24,7 +25,13 @@ uniform vec3 u_ozone_altitude;    // m: there; u_ozone_ramps is 1/m, over the al
 #endif
 
 // Relative densities (molecules, aerosols) at an altitude [m]; below the ground they stay what they are on it.
-vec2 densities(float altitude) { return exp(-max(altitude, 0.0) / u_scale_height); }
+vec2 densities(float altitude) {
+#ifdef HAS_NO_AEROSOLS
+  return vec2(exp(-max(altitude, 0.0) * u_falloff.x), 0.0);  // the constant lets the driver drop what it multiplies
+#else
+  return exp(-max(altitude, 0.0) * u_falloff);
+#endif
+}
 
 // Optical depth (3 channels) of columns [m at altitude 0]: molecules, aerosols, and ozone [m at its peak].
 vec3 optical_depth(vec3 columns) {

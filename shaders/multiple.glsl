@@ -63,6 +63,13 @@ vec3 multiple_radiance(float altitude, float mu_s, float mu, float nu) {
   return exp(texture(u_multiple_level, level).rgb) * mix(low, high, part.y);
 }
 
+// The mean radiance [1/sr] over directions that goes with it.
+vec3 multiple_mean(float altitude, float mu_s) {
+  vec2 unit = vec2(sun_coordinate(mu_s), height_coordinate(altitude));
+  vec2 size = vec2(LEVEL_SUNS, TILE.y);
+  return exp(texture(u_multiple_level, (0.5 + unit * (size - 1.0)) / size).rgb);
+}
+
 // The source [1/m 1/sr] itself.
 vec3 multiple_source(float altitude, float mu_s, float mu, float nu) {
   vec2 density = densities(altitude);

@@ -4,6 +4,9 @@
 #include "camera.glsl"
 #include "multiple_path.glsl"
 #include "multiple_view.glsl"
+#ifdef HAS_ECLIPSE_VIEW
+#include "eclipse_view.glsl"
+#endif
 
 uniform Axis u_shadow_axis;
 
@@ -22,11 +25,15 @@ void main() {
   float across = safe_sqrt((u_bottom_radius * u_bottom_radius + path.y) / (u_view_top.z * u_view_top.z) * (1.0 - mu_s * mu_s));
   float nu = mu * mu_s + across * cos(PI * texel.x / (u_view_size.x - 1.0));
   vec2 sun = vec2(u_view_top.z * mu_s + ray.start * nu, nu);
+#ifdef HAS_WHOLE_PATHS
+  float far = ground ? -ray.x - safe_sqrt(-ray.tangent_k) : ray.air;
+#else
   // ends where it comes down to the slice's altitude, or nowhere before the ground or the top
   float unit = 1.0 - slice / LAST_SLICE;
   float h = u_thickness * unit * unit;
   float end_k = min(h * (2.0 * u_bottom_radius + h), ray.k) - ray.tangent_k;
   float far = ray.x < 0.0 && end_k > 0.0 && (h > 0.0 || ground) ? -ray.x - sqrt(end_k) : ray.air;
+#endif
   far = max(far, 1.0e-4 * u_thickness);
 #else
   Pixel pixel = make_pixel(texel * float(CELL));
@@ -64,4 +71,7 @@ void main() {
     source += weight * aureole_source(steps[i].y, y / r, light, sun_columns.y, kernel);
   }
   out_mean = vec4(log(max(source / extinction, 1.0e-30)), 1.0);
+#ifdef HAS_ECLIPSE_VIEW
+  out_mean.rgb += eclipse_remainder(texel * float(CELL), ray, far);  // the pixel multiplies by shade() alone
+#endif
 }

@@ -6,9 +6,10 @@
 //
 // Low cameras: across and up the corners of cells of the frame; the slices are distances. For M the ground is transparent,
 // its air as dense as at altitude 0, so that the horizon is no edge.
-// High ones (HAS_HIGH_CAMERA): across the azimuth from the sun about the nadir; up the rays that meet the ground, by their
-// slope there, and over them those that do not, by the altitude of their tangent point, then by their own slope where
-// they rise. The slices are the altitude at which a descending path ends; the last one holds whole paths.
+// High ones, and all where nothing but the ground's sphere and the top ends a path (HAS_HIGH_CAMERA): across the azimuth
+// from the sun about the nadir; up the rays that meet the ground, by their slope there, and over them those that do not, by
+// the altitude of their tangent point, then by their own slope where they rise. The slices are the altitude at which a
+// descending path ends; the last one holds whole paths, and is the only one where there are no others (HAS_WHOLE_PATHS).
 
 uniform vec2 u_view_size;    // texels of a slice
 uniform vec2 u_view_slices;  // m, scale of the distances; 1 / log(1 + farthest / scale)
@@ -44,11 +45,15 @@ float slice_distance(float slice) { return u_view_slices.x * (exp(slice / (LAST_
 uniform sampler2D u_multiple_view;
 
 vec3 view_mean(vec2 texel, float slice) {
+#ifdef HAS_WHOLE_PATHS
+  return exp(texture(u_multiple_view, texel / u_view_size).rgb);
+#else
   float low = min(floor(slice), LAST_SLICE - 1.0);
   vec2 place = (texel + vec2(0.0, low * u_view_size.y)) / (u_view_size * vec2(1.0, float(SLICES)));
   vec3 near = texture(u_multiple_view, place).rgb;
   vec3 far = texture(u_multiple_view, place + vec2(0.0, 1.0 / float(SLICES))).rgb;
   return exp(mix(near, far, slice - low));
+#endif
 }
 
 #ifdef HAS_HIGH_CAMERA

@@ -4,8 +4,14 @@
 #include "segments.glsl"
 #include "phase.glsl"
 #include "shadow.glsl"
+#ifdef HAS_TERMINATOR
+#include "night.glsl"
+#endif
 #ifdef HAS_MULTIPLE
 #include "multiple_path.glsl"
+#endif
+#ifdef HAS_RATIO
+#include "eclipse_multiple_path.glsl"
 #endif
 
 uniform sampler2D u_ray;      // x, k, tangent_k, air
@@ -13,6 +19,9 @@ uniform sampler2D u_axis;     // z, dz, across, drift
 uniform sampler2D u_limits;   // impact, rim, t_max from the base point
 uniform vec3 u_ground_albedo;
 uniform Cone u_shadow;  // the planet's, for the parallel sun
+#ifdef HAS_TERMINATOR
+uniform Cone u_night;  // where the planet hides the whole disc
+#endif
 #ifdef HAS_ECLIPSE
 uniform sampler2D u_base;       // m, planet-centered base point
 uniform sampler2D u_direction;
@@ -63,16 +72,28 @@ void main() {
 #endif
   vec2 sun = vec2(-axis.z, -axis.dz);
   Inscatter sum = no_inscatter();
-  add_lit(ray, sun, 0.0, from, sum);
-  pass_gap(ray, from, to, sum);
-  add_lit(ray, sun, to, end, sum);
+#ifdef HAS_TERMINATOR
+  vec2 dark = night_or_dusk(cone_interval(axis, u_night, 1.0), shadow, end);
+  dark.x = clamp(dark.x, 0.0, end);
+  dark.y = clamp(dark.y, dark.x, end);
+#else
+  vec2 dark = vec2(from, to);
+#endif
+  add_lit(ray, sun, 0.0, dark.x, sum);
+  pass_gap(ray, dark.x, dark.y, sum);
+  add_lit(ray, sun, dark.y, end, sum);
   finish_columns(ray, end, sum);
   vec3 transmittance = exp(-optical_depth(sum.columns));
   out_transmittance = vec4(transmittance, end);
   out_single = vec4(apply_phases(sum, sun.y, axis.across), code);
 
   float height = sun.x + sun.y * end;
+#ifdef HAS_TERMINATOR
+  float cosine = height / u_bottom_radius;
+  vec3 direct = u_ground_albedo / PI * disc_irradiance(0.0, height, cosine, safe_sqrt(1.0 - cosine * cosine));
+#else
   vec3 direct = u_ground_albedo / PI * max(height, 0.0) / u_bottom_radius * transmittance_to_top(0.0, max(height, 0.0));
+#endif
 #ifdef HAS_ECLIPSE
   direct *= visibility_along(end);
 #endif
@@ -80,9 +101,15 @@ void main() {
 #ifdef HAS_MULTIPLE
   out_multiple.rgb = gather(ray, sun, vec4(0.0, from, to, end), aureole_kernel(sun.y)).radiance;
   if (code == 2.0) out_ground_multiple.rgb = transmittance * u_ground_albedo / PI * ground_irradiance(height / u_bottom_radius);
+#ifdef HAS_RATIO
+  Shaded shaded = gather_shaded(ray, sun, vec4(0.0, from, to, end), aureole_kernel(sun.y), -1);
+  out_multiple.rgb *= shaded.with / max(shaded.without, 1.0e-30);
+  if (code == 2.0) out_ground_multiple.rgb *= ground_ratio((eclipse_base + end * eclipse_direction) / u_bottom_radius);
+#else
 #ifdef HAS_ECLIPSE
-  out_multiple.rgb *= diffuse_visibility(mean_visibility(sum.light));
-  out_ground_multiple.rgb *= diffuse_visibility(visibility_along(end));
+  out_multiple.rgb *= mean_visibility(sum.light);
+  out_ground_multiple.rgb *= visibility_along(end);
+#endif
 #endif
 #endif
 }

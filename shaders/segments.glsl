@@ -7,6 +7,11 @@
 
 #ifdef HAS_ECLIPSE
 #include "eclipse.glsl"
+
+const float LEAST_LIGHT = 1.0e-3;  // m; what an unlit node counts, so that every path has a mean visibility
+#endif
+#ifdef HAS_TERMINATOR
+#include "terminator.glsl"
 #endif
 #include "phase.glsl"
 #include "transmittance.glsl"
@@ -160,16 +165,24 @@ void add_lit(Ray ray, vec2 sun, float near, float far, inout Inscatter sum) {
   float ozone_start = ozone_to(ray.tangent_k, crossings, ray.x);
 #endif
   for (int i = 0; i < NODE_COUNT; ++i) {
+#ifdef HAS_TERMINATOR
+    vec3 columns = vec3(sum.columns.xy, 0.0);
+#else
     vec3 columns = columns_to_top(k_along(ray, t[i]), sun.x + sun.y * t[i]);
     columns.xy += sum.columns.xy;
+#endif
     for (int j = 0; j < NODE_COUNT; ++j) columns.xy += CUMULATIVE[i * NODE_COUNT + j] * steps[j];
 #ifdef HAS_OZONE
     columns.z += ozone_to(ray.tangent_k, crossings, ray.x + t[i]) - ozone_start;
 #endif
+#ifdef HAS_TERMINATOR
+    vec3 light = WEIGHTS[i] * disc_light(columns, k_along(ray, t[i]), sun.x + sun.y * t[i]);
+#else
     vec3 light = WEIGHTS[i] * exp(-optical_depth(columns));
+#endif
 #ifdef HAS_ECLIPSE
     float visible = visibility_along(t[i]);
-    sum.light += vec2(visible, 1.0) * light.y * (steps[i].x + steps[i].y);
+    sum.light += vec2(visible, 1.0) * (light.y * (steps[i].x + steps[i].y) + LEAST_LIGHT);
     light *= visible;
 #endif
     sum.rayleigh += light * steps[i].x;

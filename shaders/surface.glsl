@@ -1,6 +1,9 @@
 // The lit ground (Schafhitzel et al. 2007, eq. 9-12): sunlight through the air, reflected by a Lambertian surface.
 
 #include "transmittance.glsl"
+#ifdef HAS_TERMINATOR
+#include "terminator.glsl"
+#endif
 #include "phase.glsl"
 #include "camera.glsl"
 #include "maps.glsl"
@@ -9,6 +12,9 @@
 #endif
 #ifdef HAS_ECLIPSE
 #include "eclipse.glsl"
+#endif
+#ifdef HAS_RATIO
+#include "eclipse_multiple.glsl"
 #endif
 #ifdef HAS_WATER
 #include "sky.glsl"
@@ -28,8 +34,9 @@ uniform sampler2D u_relief_map;  // slope to the east, slope to the north, altit
 #ifdef HAS_WATER
 const float SEA_SHORE = 25.0;  // m; a level of an 8-bit height map
 
-// Light of sun and sky that the sea mirrors into the eye. to_eye = unit vector, sunlight = transmittance to the sun or 0.
-vec3 mirrored(vec3 up, vec3 to_eye, vec3 sun, vec3 sunlight) {
+// Light of sun and sky that the sea mirrors into the eye. to_eye = unit vector, level_light = irradiance of a level plane
+// by the sun, left = what the moons leave of multiple scattering.
+vec3 mirrored(vec3 up, vec3 to_eye, vec3 sun, vec3 level_light, vec3 left) {
   float mu = max(dot(up, to_eye), 1.0e-3);
   float mu_s = dot(up, sun);
   vec3 reflected = 2.0 * dot(up, to_eye) * up - to_eye;
@@ -44,9 +51,9 @@ vec3 mirrored(vec3 up, vec3 to_eye, vec3 sun, vec3 sunlight) {
 #ifdef HAS_MULTIPLE
   // All further orders by the source at the water: near the ground it changes slowly along a path.
   vec3 source = multiple_radiance(0.0, mu_s, above, dot(reflected, sun));
-  light += fresnel(mu) * source * (1.0 - mirror.transmittance);
+  light += fresnel(mu) * left * source * (1.0 - mirror.transmittance);
 #endif
-  return mu_s > 0.0 ? light + sunlight * mu_s * glint(mu, max(mu_s, 0.01), dot(to_eye, sun)) : light;
+  return light + level_light * glint(mu, max(mu_s, 0.01), dot(to_eye, sun));
 }
 #endif
 
@@ -71,25 +78,39 @@ vec3 ground_radiance(vec3 up, vec3 to_eye, float distance) {
   // The terrain stands above the terminator plane's shadow edge by its altitude; its slope decides the rest.
   float height = dot(up, sun) * (u_bottom_radius + altitude);
   float k = altitude * (2.0 * u_bottom_radius + altitude);
+#ifdef HAS_TERMINATOR
+  // A strip of the disc that stands higher by an angle is turned toward the vertical by it.
+  float mu_s = dot(up, sun);
+  float upward = (dot(normal, up) - mu_s * dot(normal, sun)) * inversesqrt(max(1.0 - mu_s * mu_s, 1.0e-6));
+  vec3 light = disc_irradiance(k, height, dot(normal, sun), upward);
+  vec3 level_light = light;  // the sea is level
+#else
   bool hidden = height < 0.0 && k < height * height;
   vec3 sunlight = hidden ? vec3(0.0) : transmittance_to_top(k, height);
+  vec3 light = sunlight * max(dot(normal, sun), 0.0);
+  vec3 level_light = sunlight * max(dot(up, sun), 0.0);
+#endif
 #ifdef HAS_ECLIPSE
   float visible = sun_visibility(up * (u_bottom_radius + altitude));
-  sunlight *= visible;
+  light *= visible;
+  level_light *= visible;
 #endif
-  vec3 light = sunlight * max(dot(normal, sun), 0.0);
+  vec3 left = vec3(1.0);  // of skylight
+#ifdef HAS_RATIO
+  left = ground_ratio(up);
+#else
+#ifdef HAS_ECLIPSE
+  left = vec3(visible);
+#endif
+#endif
 #ifdef HAS_MULTIPLE
   // A slope sees the part of the sky above it; its light is taken as even over the sky.
-  vec3 sky = ground_irradiance(dot(up, sun));
-#ifdef HAS_ECLIPSE
-  sky *= diffuse_visibility(visible);
-#endif
-  light += 0.5 * (1.0 + dot(normal, up)) * sky;
+  light += 0.5 * (1.0 + dot(normal, up)) * left * ground_irradiance(dot(up, sun));
 #endif
   vec3 radiance = albedo / PI * light;
 #ifdef HAS_WATER
   float sea = 1.0 - smoothstep(0.0, SEA_SHORE, relief.z);
-  radiance += sea * mirrored(up, to_eye, sun, sunlight);
+  radiance += sea * mirrored(up, to_eye, sun, level_light, left);
 #endif
   return u_irradiance * radiance;
 }

@@ -23,22 +23,44 @@ struct Inscatter {
   vec3 multiple;
 };
 
-Inscatter inscatter_from(Ray ray, vec2 sun, float t) {
-  TableCell cell = inscatter_at(k_along(ray, t), ray.x + t, vec2(sun.x + sun.y * t, sun.y), ray.tangent_k, meets_ground(ray));
-  vec4 stored = inscatter_fetch(u_inscatter, cell);
+TableCell cell_at(Ray ray, vec2 sun, float t) {
+  return inscatter_at(k_along(ray, t), ray.x + t, vec2(sun.x + sun.y * t, sun.y), ray.tangent_k, meets_ground(ray));
+}
+
 #ifdef HAS_PACKED
-  // Aerosols light up where molecules do: their color is that of the molecules over the molecules' coefficients.
+// Aerosols light up where molecules do: their color is that of the molecules over the molecules' coefficients.
+Inscatter unpacked(vec4 stored, vec3 multiple) {
   vec3 ratio = u_mie_scattering / max(u_rayleigh_scattering, 1.0e-12);
   vec3 mie = stored.rgb * (stored.a / max(stored.r, 1.0e-9)) * ratio / max(ratio.r, 1.0e-12);
-#else
-  vec3 mie = inscatter_fetch(u_inscatter_mie, cell).rgb;
+  return Inscatter(stored.rgb, mie, multiple);
+}
 #endif
-#ifdef HAS_COMBINED
-  return Inscatter(stored.rgb, mie, vec3(0.0));
+
+Inscatter inscatter_from(Ray ray, vec2 sun, float t) {
+  TableCell cell = cell_at(ray, sun, t);
+  vec4 stored = inscatter_fetch(u_inscatter, cell);
+  vec3 multiple = vec3(0.0);
+#ifndef HAS_COMBINED
+  multiple = inscatter_fetch(u_inscatter_multiple, cell).rgb;
+#endif
+#ifdef HAS_PACKED
+  return unpacked(stored, multiple);
 #else
-  return Inscatter(stored.rgb, mie, inscatter_fetch(u_inscatter_multiple, cell).rgb);
+  return Inscatter(stored.rgb, inscatter_fetch(u_inscatter_mie, cell).rgb, multiple);
 #endif
 }
+
+#ifdef HAS_TABLE4D_VIEW
+uniform sampler2D u_view_inscatter;
+uniform sampler2D u_view_inscatter_multiple;
+
+// The same from the camera, by the table that table4d_view.frag made for it.
+Inscatter inscatter_from_camera(Ray ray, vec2 sun) {
+  vec2 place = inscatter_place(ray.k, ray.x, sun, ray.tangent_k, meets_ground(ray)).wy;
+  vec2 texel = view_texel(place, meets_ground(ray));
+  return unpacked(texture(u_view_inscatter, texel), texture(u_view_inscatter_multiple, texel).rgb);
+}
+#endif
 
 Inscatter inscatter_piece(Inscatter near, vec3 clear, Inscatter far) {
   return Inscatter(
@@ -55,8 +77,20 @@ vec3 apply_phases(Inscatter sum, float nu, float across) {
 // The whole path of a ray. cuts [m]: near end, where the shadow begins and ends, far end.
 Scattered scatter(Ray ray, vec2 sun, float across, vec4 cuts) {
   vec3 near = columns_beyond(ray, cuts.x);
+#ifdef HAS_OPEN_END
+  // Beyond the top there is nothing to take away.
+  vec3 clear = exp(-optical_depth(near));
+#else
   vec3 clear = clearness(near, columns_beyond(ray, cuts.w));
-  Inscatter sum = inscatter_piece(inscatter_from(ray, sun, cuts.x), clear, inscatter_from(ray, sun, cuts.w));
+#endif
+#ifdef HAS_TABLE4D_VIEW
+  Inscatter sum = inscatter_from_camera(ray, sun);
+#else
+  Inscatter sum = inscatter_from(ray, sun, cuts.x);
+#endif
+#ifndef HAS_OPEN_END
+  sum = inscatter_piece(sum, clear, inscatter_from(ray, sun, cuts.w));
+#endif
 #ifdef HAS_SHADOW
 #ifndef HAS_COMBINED
   // The lit pieces are the path without its dark part, where the table's cells mix light across the shadow's edge. Light

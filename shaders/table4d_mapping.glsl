@@ -56,12 +56,22 @@ vec4 inscatter_place(float k, float x, vec2 sun, float tangent_k, bool ground) {
   return clamp(vec4(rho / rho_top, view, sun_axis(mu_s), 0.5 + 0.5 * sun.y), 0.0, 1.0);
 }
 
-TableCell inscatter_cell(vec4 place, bool ground) {
+// Row, in texels, of a place in its half of mu.
+float view_row(float unit, bool ground) {
   float half_views = 0.5 * TILE.y;
-  vec2 inside = 0.5 + vec2(place.z * (TILE.x - 1.0), place.y * (half_views - 1.0) + (ground ? 0.0 : half_views));
+  return 0.5 + unit * (half_views - 1.0) + (ground ? 0.0 : half_views);
+}
+
+TableCell inscatter_cell(vec4 place, bool ground) {
+  vec2 inside = vec2(0.5 + place.z * (TILE.x - 1.0), view_row(place.y, ground));
   vec2 tile = place.wx * (TILES - 1.0);
   vec2 first = min(floor(tile), max(TILES - 2.0, 0.0));
   return TableCell((first * TILE + inside) / (TILE * TILES), tile - first);
+}
+
+// Texture coordinates in the table of one camera, nu across and mu up.
+vec2 view_texel(vec2 place, bool ground) {
+  return vec2(0.5 + place.x * (TILES.x - 1.0), view_row(place.y, ground)) / vec2(TILES.x, TILE.y);
 }
 
 TableCell inscatter_at(float k, float x, vec2 sun, float tangent_k, bool ground) {

@@ -3,7 +3,7 @@
 // A point and the direction are given by k (ray.glsl) and y = r mu_s = P . s [m], its height above the terminator plane;
 // the sun's ray has its tangent point at k - y^2. The column of a layer of scale height H over an infinite exponential is
 //   C = H exp(-h/H) sqrt(X/2) E(z) (1 + kappa(z)/X),  X = r/H, z = mu_s sqrt(X/2), E = sqrt(pi) exp(z^2) erfc(z),
-// E and kappa by rational fits (TERMS 4: relative error 5e-4, 6: 2e-5 for X above a few hundred). Columns are in metres at
+// E and kappa / X by rational fits (TERMS 4: relative error 5e-4, 6: 2e-5 for X above a few hundred). Columns are in metres at
 // altitude 0: x molecules, y aerosols, z ozone (metres at its peak).
 
 #include "medium.glsl"
@@ -123,15 +123,16 @@ vec2 exponential_integral(vec2 z) {
   vec2 t = 1.0 / (1.0 + 0.460463 * z);
   return t * (0.4604722 + t * (0.45956096 + t * (0.4267281 + t * (0.22249795 + t * (0.42758318 - 0.22441785 * t)))));
 }
-vec2 curvature(vec2 z) {
-  return (0.375 + z * (0.64674 + 0.43184 * z)) / (1.0 + z * (0.62824 + 0.43184 * z));
+// kappa(z) / x, with one division for both.
+vec2 curvature(vec2 z, vec2 x) {
+  return (0.375 + z * (0.64674 + 0.43184 * z)) / (x + x * z * (0.62824 + 0.43184 * z));
 }
 #else
 vec2 exponential_integral(vec2 z) {
   vec2 t = 1.0 / (1.0 + 0.749563 * z);
   return t * (0.74999401 + t * (0.72509822 + t * (0.75344855 - 0.4570285 * t)));
 }
-vec2 curvature(vec2 z) { return (0.375 + 1.4714 * z) / (1.0 + 1.4714 * z); }
+vec2 curvature(vec2 z, vec2 x) { return (0.375 + 1.4714 * z) / (x + x * 1.4714 * z); }
 #endif
 
 // Columns to infinity of both layers, y >= 0.
@@ -139,8 +140,7 @@ vec2 upward_columns(float altitude, float y) {
   float r = u_bottom_radius + altitude;
   vec2 scale = sqrt(2.0 * u_scale_height * r);
   vec2 z = y / scale;
-  vec2 x = r / u_scale_height;
-  return 0.5 * scale * densities(altitude) * exponential_integral(z) * (1.0 + curvature(z) / x);
+  return 0.5 * scale * densities(altitude) * exponential_integral(z) * (1.0 + curvature(z, r * u_falloff));
 }
 
 vec2 layer_columns(float k, float y) {

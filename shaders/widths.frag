@@ -1,71 +1,33 @@
 #version 330 core
 // Pass 5, first half: linearize the depths and cut the view path through the air into lit and shadowed widths.
 //
-// Written are the distance [m] from the camera to the solid, inf for none, and then cuts as distances [m] from the ray's
-// base point: where the shadow begins and ends, and the far end. The class that goes to the depth buffer selects the
-// shader that draws the pixel: 0 no air, 1 lit, 2 one lit piece and a shadow, 3 a shadow between two lit pieces.
+// Written are the cuts of cuts.glsl, the distance to the solid inf for none. The class that goes to the depth buffer
+// selects the shader that draws the pixel: 0 no air, 1 lit, 2 one lit piece and a shadow, 3 a shadow between two lit pieces,
+// and 4 lit: out to the top of the air where the method asks for it (HAS_OPEN_CLASS), or by a finite disc so high that it
+// may be taken for a point (HAS_TERMINATOR).
 
-#include "depth.glsl"
+#include "cuts.glsl"
 
-uniform Axis u_shadow_axis;
-uniform Cone u_shadow;
-#ifdef HAS_DEPTH_TEXTURES
-uniform sampler2D u_shadow_back;
-uniform sampler2D u_shadow_front;
-uniform sampler2D u_atmosphere_back;
-#endif
-#ifdef HAS_PLANET_DEPTH
-uniform sampler2D u_planet_depth;
+#ifdef HAS_TERMINATOR
+uniform float u_high_sun;  // m above the terminator plane
 #endif
 
 out vec4 out_cuts;
 
-// Distance [m] from the camera to whatever solid the scene holds, but for the ground's sphere: that is solved, and
-// rasterized in the published variant alone.
-float solid_distance(Pixel pixel) {
-  float solid = NOTHING;
-#ifdef HAS_PLANET_DEPTH
-  solid = own_distance(u_planet_depth, pixel);
-#endif
-#ifdef HAS_HOST_DEPTH
-  solid = min(solid, host_distance(pixel));
-#endif
-  return solid;
-}
-
-// Distance [m] from the base point to the ground, NOTHING where the ray does not meet it.
-float ground_end(Ray ray) {
-#ifdef HAS_PLANET_DEPTH
-#ifdef HAS_PUBLISHED_DEPTH
-  return NOTHING;
-#endif
-#endif
-  float ground = ground_distance(ray);
-  return ray.air >= 0.0 && ground >= 0.0 ? ground : NOTHING;
-}
-
 void main() {
   Pixel pixel = make_pixel(gl_FragCoord.xy);
   Ray ray = pixel_ray(pixel);
-  float solid = solid_distance(pixel);
-  float ground = ground_end(ray);
-
-#ifdef HAS_DEPTH_TEXTURES
-  float air = min(own_distance(u_atmosphere_back, pixel), u_clip_planes.y * pixel.stretch) - ray.start;
-  vec2 shadow = vec2(own_distance(u_shadow_front, pixel), own_distance(u_shadow_back, pixel)) - ray.start;
-#else
-  float air = ray.air;
-  vec2 shadow = cone_interval(pixel_axis_ray(pixel, ray, u_shadow_axis), u_shadow, 1.0);
+  vec4 cuts = path_cuts(ivec2(gl_FragCoord.xy), pixel, ray);
+  bool two_pieces = is_cut(cuts) && cuts.y > 0.0 && cuts.z < cuts.w;
+  float kind = ray.air < 0.0 ? 0.0 : (two_pieces ? 3.0 : (is_cut(cuts) ? 2.0 : 1.0));
+#ifdef HAS_TERMINATOR
+  float toward_sun = -dot(pixel.direction, u_shadow_axis.direction);
+  float height = -base_height(pixel, ray, u_shadow_axis, -toward_sun);
+  kind = kind == 1.0 && min(height, height + cuts.w * toward_sun) > u_high_sun ? 4.0 : kind;
 #endif
-  // Not the distance of the ground from the camera: from far away that has lost the digits that count.
-  float end = ray.air < 0.0 ? 0.0 : clamp(min(solid - ray.start, ground), 0.0, max(air, 0.0));
-  solid = min(solid, ray.start + ground);
-  float from = clamp(shadow.x, 0.0, end);
-  float to = clamp(shadow.y, from, end);
-
-  bool any_shadow = to > from;
-  bool two_pieces = any_shadow && from > 0.0 && to < end;
-  float kind = ray.air < 0.0 ? 0.0 : (two_pieces ? 3.0 : (any_shadow ? 2.0 : 1.0));
-  out_cuts = vec4(solid >= NOTHING ? uintBitsToFloat(0x7F800000u) : solid, from, to, end);
+#ifdef HAS_OPEN_CLASS
+  kind += kind == 1.0 && cuts.w >= air_end(ivec2(gl_FragCoord.xy), pixel, ray) ? 3.0 : 0.0;
+#endif
+  out_cuts = vec4(cuts.x >= NOTHING ? uintBitsToFloat(0x7F800000u) : cuts.x, cuts.yzw);
   gl_FragDepth = 0.25 * kind;
 }

@@ -17,6 +17,7 @@ from shadowatmo.errors import ContextError, ParameterError, PassError, ShaderErr
 from shadowatmo.parameters import Atmosphere, Occluder, Sun, TentLayer  # noqa: E402
 from shadowatmo.presets import DENSE_EARTH, EARTH, MARS, THIN_EARTH, TITAN, TOY_PLANET  # noqa: E402
 from shadowatmo.quality import Quality  # noqa: E402
+from shadowatmo.ring import Ring  # noqa: E402
 from shadowatmo.scene import Scene  # noqa: E402
 from shadowatmo.surface import Surface  # noqa: E402
 
@@ -28,14 +29,18 @@ _LAZY = {  # public name -> module that needs OpenGL, or is large
     "Renderer": "shadowatmo.passes.pipeline",
     "Frame": "shadowatmo.passes.frame",
     "sun_visibility": "shadowatmo.eclipse",
+    "Sky": "shadowatmo.ephemeris",
+    "sky_at": "shadowatmo.ephemeris",
+    "contacts": "shadowatmo.ephemeris",
+    "visibility_source": "shadowatmo.passes.sun_visibility",
     "reference": None,  # a module itself
 }
 
 __all__ = [
     "DENSE_EARTH", "EARTH", "MARS", "THIN_EARTH", "TITAN", "TOY_PLANET", "Atmosphere", "Camera", "ContextError",
     "DepthConvention", "Frame", "Occluder", "ParameterError", "PassError", "Quality",
-    "Renderer", "Scene", "ShaderError", "ShadowAtmoError", "Sun", "Surface", "TentLayer",
-    "open_context", "probe", "reference", "sun_visibility",
+    "Renderer", "Ring", "Scene", "ShaderError", "ShadowAtmoError", "Sky", "Sun", "Surface", "TentLayer",
+    "contacts", "open_context", "probe", "reference", "sky_at", "sun_visibility", "visibility_source",
 ]  # fmt: skip
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from shadowatmo.observing import SkyRig
 from shadowatmo.places import azimuth_elevation
 from shadowatmo.quality import METHODS, as_quality
 from shadowatmo.rigs import FlyRig, SunRig, clamp, fly_from, orbit_above, orbit_from
@@ -51,6 +52,8 @@ class Controls:
         Effort at first.
     cache : bool
         Whether precomputed tables are kept on disk.
+    date, observer : optional
+        Sun and moon are those of a time and place, as of `observing.observed`; on the planet of `scene_name` alone.
 
     Attributes
     ----------
@@ -63,6 +66,8 @@ class Controls:
     scene_name: str = "earth"
     quality: object = "balanced"
     cache: bool = True
+    date: object = None
+    observer: tuple[float, float, float] | None = None
 
     def __post_init__(self):
         self.quality = as_quality(self.quality)
@@ -70,6 +75,7 @@ class Controls:
         self.held = set()
         self.exposure, self.automatic, self._settled = 1.0, True, False
         self.running, self.clock = False, CLOCK
+        self._dated = None if self.date is None else self.scene_name
         self.enter(self.scene_name)
 
     def enter(self, name) -> None:
@@ -79,11 +85,14 @@ class Controls:
         self.rig.tilt = -self.rig.angle()  # straight down, however small the planet is
         noon = np.array([math.cos(1.1), math.sin(1.1), 0.15])
         self.sun = SunRig(noon / np.linalg.norm(noon), self.world.solar_day)
+        if name == self._dated:
+            self.sun = SkyRig(self.world, self.date, self.observer)
+            self.rig = self.sun.camera_rig() or self.rig
         self._settled = False
 
     def scene(self):
         """Return the scene of this moment."""
-        return self.world.scene(self.sun.direction)
+        return self.sun.scene() if isinstance(self.sun, SkyRig) else self.world.scene(self.sun.direction)
 
     def camera(self):
         """Return the camera of this moment."""
@@ -144,6 +153,7 @@ class Controls:
             f"{self.scene_name}, {kind}",
             f"{distance(self.rig.height)} above ground",
             f"sun {math.degrees(azimuth):.0f}°, {math.degrees(elevation):+.1f}°",
+            *([f"{self.sun.moment:%Y-%m-%d %H:%M:%S} UTC"] if isinstance(self.sun, SkyRig) else []),
             f"clock {f'x{self.clock:g}' if self.running else 'stopped'}",
             f"{self.quality.method}, {depth}, {self.quality.shadow}",
             f"exposure {self.exposure:.3g}{' auto' if self.automatic else ''}",

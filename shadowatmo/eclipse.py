@@ -16,21 +16,23 @@ from shadowatmo.errors import ParameterError
 from shadowatmo.medium import unit_gauss
 from shadowatmo.parameters import Occluder, Sun
 from shadowatmo.rays import Rays
+from shadowatmo.ring import ring_chords, ring_visibility
 from shadowatmo.scene import Scene
 
 ARC_NODES = 40  # error below 1e-8 of the sun's light, worst at grazing contacts
 RING_NODES = 24  # per piece between kinks
-_CHUNK = 4096
+_CHUNK = 1024
+_HALF_PLANE = 1e6  # radius of a disc whose limb is straight over the sun's
 _AWAY = 1e9  # finite distance that stands for an occluder behind the sun
 
 
 def sun_visibility(scene: Scene, points) -> np.ndarray:
-    """Return the fraction of sun 0's light that passes all occluders, without air and without the planet.
+    """Return the fraction of sun 0's light that passes all occluders and rings, without air and without the planet.
 
     Parameters
     ----------
     scene : Scene
-        The first of its suns and its occluders count.
+        The first of its suns, its occluders and its rings count.
     points : (N, 3) or (3,) float
         [m], planet-centered.
 
@@ -48,7 +50,43 @@ def sun_visibility(scene: Scene, points) -> np.ndarray:
         checked = Rays.validated(points, np.ones(np.shape(points))).origins
     except ParameterError as error:
         raise ParameterError("points", error.value, error.allowed) from None
-    return joint_visibility(checked, scene.suns[0], scene.occluders)
+    return visibility(checked, scene.suns[0], scene)
+
+
+def visibility(points, sun: Sun, scene: Scene) -> np.ndarray:
+    """Return the fraction (N,) of a sun's light that passes a scene's occluders and rings, at `points` (N, 3) [m].
+
+    A ring dims the part of the sun that the occluders leave. Of several rings each takes its share of what the
+    occluders leave as if the others were not there, which is exact where no two edges lie before the sun at once.
+    """
+    points = np.asarray(points, dtype=np.float64)
+    free = joint_visibility(points, sun, scene.occluders)
+    result = free.copy()
+    for ring in scene.rings:
+        share = ring_visibility(points, sun, ring)
+        chords = ring_chords(points, sun, ring)
+        cut = (np.abs(chords.inner) < 1.0) | (np.abs(chords.outer) < 1.0)
+        both = np.flatnonzero(cut & (free > 0.0) & (free < 1.0))
+        if both.size:
+            band = _free_band(points[both], sun, scene.occluders, chords, both)
+            share[both] = 1.0 - (1.0 - chords.transmission[both]) * band / free[both]
+        result *= np.clip(share, 0.0, 1.0)
+    return result
+
+
+def _free_band(points, sun, occluders, chords, index):
+    """Return the light (N,) between the chords that no occluder hides; `index` are the points' places in `chords`."""
+    sky = [_sky(points, sun, occluder) for occluder in occluders]
+    k, delta, toward = (np.stack(part, axis=1) for part in zip(*sky, strict=True))
+    toward = np.concatenate([toward, chords.rise[index][:, None]], axis=1)
+    angle = _position_angles(points, sun, toward)
+    k = np.column_stack([k, np.full(len(points), _HALF_PLANE)])
+    light = []
+    for edge in (chords.outer, chords.inner):
+        # Light on the ring's side of an edge, hidden by a disc so large that its limb is the chord.
+        beyond = np.column_stack([delta, _HALF_PLANE + np.clip(edge[index], -1.0, 1.0)])
+        light.append(_in_chunks(k, beyond, angle, sun.limb_darkening))
+    return light[0] - light[1]
 
 
 def visible_fraction(points, sun: Sun, occluder: Occluder) -> np.ndarray:
@@ -72,11 +110,23 @@ def joint_visibility(points, sun: Sun, occluders) -> np.ndarray:
     several = np.flatnonzero(((each < 1.0).sum(axis=1) > 1) & (result > 0.0))
     if several.size:
         angle = _position_angles(points[several], sun, toward[several])
-        for begin in range(0, several.size, _CHUNK):
-            part = slice(begin, begin + _CHUNK)
-            rays = several[part]
-            result[rays] = _ring_visibility(k[rays], delta[rays], angle[part], sun.limb_darkening)
+        result[several] = _in_chunks(k[several], delta[several], angle, sun.limb_darkening)
     return result
+
+
+def joint_discs(discs, u: float) -> np.ndarray:
+    """Return the fraction (N,) of a unit disc's light that `discs` (N, M, 3) leave together.
+
+    Parameters
+    ----------
+    discs : (N, M, 3) float
+        Centers and radii in units of the sun's radius, the sun's center at the origin.
+    u : float
+        Limb-darkening coefficient.
+    """
+    x, y, k = np.moveaxis(np.asarray(discs, dtype=np.float64), 2, 0)
+    delta, angle = np.hypot(x, y), np.arctan2(y, x)
+    return _in_chunks(k, delta, angle, u)
 
 
 def disc_visibility(k, delta, u, nodes: int = ARC_NODES) -> np.ndarray:
@@ -162,6 +212,12 @@ def _position_angles(points, sun, toward):
     east /= np.linalg.norm(east, axis=1, keepdims=True)
     north = np.cross(axis, east)
     return np.arctan2(np.einsum("nmi,ni->nm", toward, north), np.einsum("nmi,ni->nm", toward, east))
+
+
+def _in_chunks(k, delta, angle, u):
+    """Return `_ring_visibility` of arrays (N, M) of any length."""
+    parts = [_ring_visibility(*(a[i : i + _CHUNK] for a in (k, delta, angle)), u) for i in range(0, len(k), _CHUNK)]
+    return np.concatenate(parts)
 
 
 def _ring_visibility(k, delta, angle, u):

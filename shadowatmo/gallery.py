@@ -1,57 +1,25 @@
 """The demo sets as data: which pictures there are, what each one shows, and from where.
 
 Each picture of the set "main" is chosen to show one thing that an atmosphere must get right; the set "presets" shows
-each planet from space, from within its air, and at sunset. Cameras stand at real places; suns are set by azimuth and
-elevation at the camera, or along an axis of the planet where only their angle to the camera matters.
+each planet from space, from within its air, and at sunset; "eclipses" has a file of its own, gallery_eclipses.py.
+Cameras stand at real places; suns are set by azimuth and elevation at the camera, or along an axis of the planet where
+only their angle to the camera matters.
 """
 
 import math
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from shadowatmo.camera import Camera
 from shadowatmo.errors import ParameterError
+from shadowatmo.gallery_eclipses import eclipses
+from shadowatmo.picture import Picture
 from shadowatmo.places import bearing, place
-from shadowatmo.scene import Scene
 from shadowatmo.validation import choice
 from shadowatmo.worlds import WORLDS
 
 DEG = math.pi / 180.0
-SETS = ("main", "presets", "all")
-
-
-@dataclass(frozen=True)
-class Picture:
-    """One picture of the set.
-
-    Parameters
-    ----------
-    name : str
-        Also the name of the file.
-    caption : str
-        What it shows.
-    scene, camera : Scene, Camera
-        What is drawn and from where.
-    quality : dict
-        What this picture needs changed in the quality that the whole set is drawn with.
-    left : dict, optional
-        What the left half has changed further in its quality, for comparison.
-    style : str
-        "color": the tonemapped frame; "widths": lit and shadowed widths in false color; "split": the frame on the left
-        and its widths on the right.
-    exposure : float, optional
-        Factor on radiance; None: automatic.
-    """
-
-    name: str
-    caption: str
-    scene: Scene
-    camera: Camera
-    quality: dict = field(default_factory=dict)
-    left: dict | None = None
-    style: str = "color"
-    exposure: float | None = None
+SETS = ("main", "presets", "eclipses", "all")
 
 
 def _above(world, latitude, longitude, height) -> np.ndarray:
@@ -91,7 +59,7 @@ def pictures(which="main") -> tuple[Picture, ...]:
     ParameterError
         If there is no such set.
     """
-    sets = {"main": (_earth, _paper, _mars), "presets": (_presets,)}
+    sets = {"main": (_earth, _paper, _mars), "presets": (_presets,), "eclipses": (eclipses,)}
     wanted = sets if choice("set", which, SETS) == "all" else (which,)
     return tuple(picture for name in wanted for part in sets[name] for picture in part())
 

@@ -68,4 +68,27 @@ RECIPES = {
         later=Effort(8, 6, 12, 6, 3),
         orders=6,
     ),
+    "finest": Recipe(
+        heights=24,
+        suns=64,
+        polar=32,
+        azimuths=16,
+        degree=12,
+        band=16,
+        first=Effort(16, 12, 20, 12, 6),
+        later=Effort(12, 8, 16, 8, 4),
+        orders=8,
+    ),
+    # what the report judges the others by: as fine as the textures of the solve may be
+    "truth": Recipe(
+        heights=28,
+        suns=72,
+        polar=40,
+        azimuths=20,
+        degree=14,
+        band=20,
+        first=Effort(22, 16, 26, 14, 7),
+        later=Effort(16, 12, 20, 10, 5),
+        orders=8,
+    ),
 }

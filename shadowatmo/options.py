@@ -18,6 +18,7 @@ FAILED, MISUSED = 1, 2  # exit statuses: something asked for was not done; the c
 INTERRUPTED = 130
 BAR_AFTER = 0.5  # s of work before a progress bar appears: what is shorter would only flicker
 BAR_CELLS = 30
+EXTRAS = {"matplotlib": "report"}  # package: the extra that brings it; the others come with "demo"
 
 
 class Parser(argparse.ArgumentParser):
@@ -162,7 +163,9 @@ def explain(error) -> str:
     if isinstance(error, ShadowAtmoError):
         return text
     if isinstance(error, ModuleNotFoundError):
-        return f"the package {error.name} is missing; run `make setup`, or `pip install -e '.[demo]'` with this Python"
+        extra = EXTRAS.get(error.name, "demo")
+        remedy = f"run `make setup`, or `pip install -e '.[{extra}]'` with this Python"
+        return f"the package {error.name} is missing; {remedy}"
     if isinstance(error, OSError) and error.filename is not None:
         return f"cannot use {error.filename}: {error.strerror}; give another path, or mend its permissions"
     return f"{type(error).__name__}: {text}; this is a fault of the program: run again with --debug and report it"

@@ -121,7 +121,9 @@ class Sun:
     limb_darkening : float
         u of I(r) = 1 - u (1 - sqrt(1 - r^2)), r = normalized radius on the disc; in [0, 1].
     disc_at_terminator : bool
-        True: the planet's limb hides a finite disc; False: it hides a point (the hard planet shadow).
+        True: the planet's limb hides a finite, uniform disc, in single scattering by the method "segments" and on the
+        ground; light scattered more than once keeps a point sun. False: it hides a point (the hard planet shadow).
+        A moon's visible fraction multiplies.
     """
 
     direction: tuple[float, float, float]

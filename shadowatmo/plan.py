@@ -25,16 +25,17 @@ class Step:
 
 @dataclass(frozen=True)
 class Plan:
-    """The passes that run, in order, and those that were left out."""
+    """The passes that run, in order, those that were left out, and what a budget for the quality chose."""
 
     steps: tuple[Step, ...]
     left_out: tuple[Step, ...] = ()
+    budget: str = ""
 
     def __contains__(self, name) -> bool:
         return any(step.name == name for step in self.steps)
 
     def __str__(self) -> str:
-        lines = []
+        lines = [f"quality by {self.budget}"] if self.budget else []
         for number, step in enumerate(self.steps, 1):
             arrow = f"{', '.join(step.inputs) or '-'} -> {', '.join(step.outputs)}"
             lines.append(f"{number}. {step.name}: {arrow}\n   because {step.reason}")

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from shadowatmo import intervals, medium
-from shadowatmo.eclipse import joint_visibility
+from shadowatmo.eclipse import visibility
 from shadowatmo.intervals import Interval
 from shadowatmo.parameters import Atmosphere
 from shadowatmo.phase import mie_phase, rayleigh_phase
@@ -157,18 +157,25 @@ def _segment_transmittance(atmosphere, segments, nodes):
 
 
 def _ground(scene, sun, segments, accuracy):
-    """Return the radiance (N, 3) that the ground sends toward the rays that hit it, for irradiance 1."""
+    """Return the radiance (N, 3) that the ground sends toward the rays that hit it, for irradiance 1.
+
+    Of a finite disc every visible strip shines from its own height: a half-set sun still lights level ground.
+    """
     atmosphere = scene.atmosphere
     result = np.zeros((len(segments), 3))
     rays = np.flatnonzero(segments.end == "ground")
     hits = segments.points(segments.length)[rays]
     cosine = hits @ np.array(sun.direction) / np.linalg.norm(hits, axis=1)
-    day = cosine > 0.0
+    day = cosine > (-sun.radius / sun.distance if sun.disc_at_terminator else 0.0)
     rays, hits, cosine = rays[day], hits[day], cosine[day]
     power = np.zeros(len(rays))  # the hits lie on the datum, whatever rounding says
-    light = _sunlight(atmosphere, sun, power, hits @ np.array(sun.direction), accuracy)
-    light *= joint_visibility(hits, sun, scene.occluders)[:, None]
-    result[rays] = np.array(atmosphere.ground_albedo) / np.pi * cosine[:, None] * light
+    slope = hits @ np.array(sun.direction)
+    if sun.disc_at_terminator:
+        light = _disc_light(atmosphere, sun, power, slope, accuracy, horizontal=True)
+    else:
+        light = cosine[:, None] * _sunlight(atmosphere, sun, power, slope, accuracy)
+    light *= visibility(hits, sun, scene)[:, None]
+    result[rays] = np.array(atmosphere.ground_albedo) / np.pi * light
     return result
 
 
@@ -178,7 +185,7 @@ def _single(scene, sun, segments, accuracy):
     count = len(segments)
     done = np.zeros((count, 3))
     value = _integrate(scene, sun, segments, accuracy, ray, start, stop)
-    tolerance = accuracy.tolerance if len(scene.occluders) < 2 else max(accuracy.tolerance, 1e-7)
+    tolerance = accuracy.tolerance if len(scene.occluders) < 2 and not scene.rings else max(accuracy.tolerance, 1e-7)
     for halving in range(_MAX_HALVINGS):
         if not ray.size:
             break
@@ -280,9 +287,9 @@ def _panels(scene, sun, segments, accuracy, ray, start, stop):
 
     slope = (segments.anchor[ray] @ direction)[:, None] + s * (segments.direction[ray] @ direction)[:, None]
     light = _sunlight(atmosphere, sun, power.ravel(), slope.ravel(), accuracy).reshape(*s.shape, 3)
-    if scene.occluders:
+    if scene.occluders or scene.rings:
         at = segments.points(s, ray).reshape(-1, 3)
-        light = light * joint_visibility(at, sun, scene.occluders).reshape(*s.shape, 1)
+        light = light * visibility(at, sun, scene).reshape(*s.shape, 1)
     return width * np.einsum("k,pkc->pc", weights, view * source * light)
 
 
@@ -308,8 +315,10 @@ def _to_top(atmosphere, power, slope, nodes):
     )
 
 
-def _disc_light(atmosphere, sun, power, slope, accuracy):
+def _disc_light(atmosphere, sun, power, slope, accuracy, horizontal=False):
     """Return the mean transmittance (N, 3) over a uniform solar disc, its part below the horizon dark.
+
+    `horizontal`: times the cosine of each strip's zenith angle, the irradiance of a level plane.
 
     The disc is planar, its points told by their zenith angle alone: strips at the height y (-1 to 1, in
     radii) have the weight (2/pi) sqrt(1 - y^2) dy; with y = cos b that is smooth, (2/pi) sin^2 b db.
@@ -323,7 +332,10 @@ def _disc_light(atmosphere, sun, power, slope, accuracy):
     points, weights = medium.unit_gauss(accuracy.disc_nodes)
     b = last[:, None] * points
     weight = 2.0 / np.pi * last[:, None] * weights * np.sin(b) ** 2
-    strips = (radius[:, None] * np.cos(zenith[:, None] - angular_radius * np.cos(b))).ravel()
+    cosine = np.cos(zenith[:, None] - angular_radius * np.cos(b))
+    strips = (radius[:, None] * cosine).ravel()
+    if horizontal:
+        weight = weight * np.maximum(cosine, 0.0)
     light = _to_top(atmosphere, np.repeat(power, accuracy.disc_nodes), strips, accuracy.column_nodes)
     return np.einsum("nk,nkc->nc", weight, light.reshape(*b.shape, 3))
 

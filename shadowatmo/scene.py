@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from shadowatmo.errors import ParameterError
 from shadowatmo.parameters import Atmosphere, Occluder, Sun
 from shadowatmo.presets import EARTH
+from shadowatmo.ring import Ring
 from shadowatmo.surface import Surface
 from shadowatmo.validation import instance
 
@@ -21,6 +22,8 @@ class Scene:
         At least one; kept as a tuple.
     occluders : Occluder or sequence of Occluder
         Moons; kept as a tuple.
+    rings : Ring or sequence of Ring
+        Rings that dim the sunlight; kept as a tuple. They are not drawn.
     surface : Surface, optional
         Color and relief of the ground. None: a frame holds the light of the air alone, over a black ground.
     sun_disc : bool
@@ -37,11 +40,13 @@ class Scene:
     occluders: tuple[Occluder, ...] = ()
     surface: Surface | None = None
     sun_disc: bool = False
+    rings: tuple[Ring, ...] = ()
 
     def __post_init__(self):
         instance("atmosphere", self.atmosphere, Atmosphere, "an Atmosphere")
         object.__setattr__(self, "suns", _members("suns", self.suns, Sun))
         object.__setattr__(self, "occluders", _members("occluders", self.occluders, Occluder))
+        object.__setattr__(self, "rings", _members("rings", self.rings, Ring))
         if not self.suns:
             raise ParameterError("suns", self.suns, "at least one Sun")
         if self.surface is not None:

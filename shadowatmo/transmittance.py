@@ -30,11 +30,11 @@ def exponential_integral(z, terms):
     return total
 
 
-def curvature(z, terms):
-    """Return kappa(z), the first correction of the column in H/r."""
+def curvature(z, x, terms):
+    """Return kappa(z) / x, the first correction of the column; x = r/H."""
     if terms == 6:
-        return (0.375 + z * (0.64674 + 0.43184 * z)) / (1.0 + z * (0.62824 + 0.43184 * z))
-    return (0.375 + 1.4714 * z) / (1.0 + 1.4714 * z)
+        return (0.375 + z * (0.64674 + 0.43184 * z)) / (x + x * z * (0.62824 + 0.43184 * z))
+    return (0.375 + 1.4714 * z) / (x + x * 1.4714 * z)
 
 
 def scale_heights(atmosphere):
@@ -48,7 +48,7 @@ def upward_columns(atmosphere, altitude, y, terms):
     r = np.asarray(atmosphere.bottom_radius + altitude)[..., None]
     scale = np.sqrt(2.0 * heights * r)
     z = np.asarray(y)[..., None] / scale
-    shape = exponential_integral(z, terms) * (1.0 + curvature(z, terms) * heights / r)
+    shape = exponential_integral(z, terms) * (1.0 + curvature(z, r / heights, terms))
     return 0.5 * scale * np.exp(-np.maximum(altitude, 0.0)[..., None] / heights) * shape
 
 

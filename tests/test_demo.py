@@ -22,6 +22,11 @@ WANTED = {  # what the project promises to show
     "earth_orbit_day", "limb_sunset", "night_ring", "shadow_side", "ground_sunset", "altitude_10km", "widths",
     "mars_day", "mars_sunset", "method_widths", "camera_inside_cone", "very_close",
 }  # fmt: skip
+ECLIPSES = {
+    "shadow_from_moon", "shadow_from_400km", "shadow_from_10km", "totality_north", "totality_east", "totality_south",
+    "totality_west", "totality_fisheye", "annular_sky", "annular_ring", "jupiter_shadows", "two_suns_set",
+    "two_suns_shadows",
+}  # fmt: skip
 PRESETS = {f"{world}_{shown}" for world in WORLDS for shown in ("space", "aloft", "low_sun")}
 
 
@@ -43,7 +48,10 @@ def demo_command(*options, **changes):
 # --- the set as data
 
 
-@pytest.mark.parametrize("which, wanted", [("main", WANTED), ("presets", PRESETS), ("all", WANTED | PRESETS)])
+EVERY = {"main": WANTED, "presets": PRESETS, "eclipses": ECLIPSES, "all": WANTED | PRESETS | ECLIPSES}
+
+
+@pytest.mark.parametrize("which, wanted", EVERY.items())
 def test_the_set_is_whole(which, wanted):
     names = [p.name for p in pictures(which)]
     assert set(names) == wanted and len(names) == len(set(names))
@@ -101,7 +109,7 @@ def frames(ctx):
 
     found = {}
     with Gallery(ctx, SIZE) as gallery:
-        for picture in pictures("all"):
+        for picture in (*pictures("main"), *pictures("presets")):
             image = np.asarray(gallery.draw(picture))
             frame = gallery._frame(picture, picture.quality)
             widths = (frame.read(name)[..., 0] for name in ("lit_width", "shadow_width"))
@@ -263,10 +271,11 @@ def instant(ctx, monkeypatch):
         (("--headless",), WANTED, {"contact_sheet", "contact_sheet_presets"}),
         (("--set", "main"), WANTED, {"contact_sheet"}),
         (("--set", "presets"), PRESETS, {"contact_sheet_presets"}),
-        (("--set", "all"), WANTED | PRESETS, {"contact_sheet", "contact_sheet_presets"}),
+        (("--set", "eclipses"), ECLIPSES, {"contact_sheet_eclipses"}),
+        (("--set", "all"), EVERY["all"], {"contact_sheet", "contact_sheet_presets", "contact_sheet_eclipses"}),
         (("--only", "titan_space,mars_day"), {"titan_space", "mars_day"}, {"contact_sheet"}),
     ],
-    ids=["default", "main", "presets", "all", "only"],
+    ids=["default", "main", "presets", "eclipses", "all", "only"],
 )
 @pytest.mark.usefixtures("instant")
 def test_sets_and_their_sheets(options, names, sheets, tmp_path):
@@ -308,7 +317,7 @@ def test_demo_writes_what_was_asked_for(tmp_path):
 
 def test_list(capsys):
     assert load_demo().main(["--list"]) == 0
-    assert {line.split()[0] for line in capsys.readouterr().out.splitlines()} == WANTED | PRESETS
+    assert {line.split()[0] for line in capsys.readouterr().out.splitlines()} == EVERY["all"]
 
 
 @pytest.mark.parametrize(

@@ -64,10 +64,10 @@ def test_table_agrees_with_nodes(ctx, glsl, altitude, elevation, zenith):
     view, sun, textures = View(scene, Quality(), camera, SIZE), scene.suns[0], {}
     table, coarse = MultipleScattering(ctx, RECIPE), MultipleView(ctx, SIZE)
     (glsl.folder / "compare.frag").write_text(SHADER)
-    defines = {**multiple_defines(RECIPE), **path_defines(16, 8), **medium_defines(sa.EARTH), **view_defines(view)}
+    defines = {**multiple_defines(RECIPE), **path_defines(16, 8), **medium_defines(sa.EARTH), **view_defines(view, {})}
     defines |= {"TERMS": 4, "HAS_AUREOLE": True, **({"HAS_FAR_CAMERA": True} if view.is_far else {})}
     uniforms = {**view.camera_uniforms(), **medium_uniforms(sa.EARTH), **segment_uniforms(sa.EARTH)}
-    uniforms |= {**multiple_uniforms(sa.EARTH), **view_uniforms(view, sun), **view.shadow_uniforms(sun)}
+    uniforms |= {**multiple_uniforms(sa.EARTH), **view_uniforms(view, sun, {}), **view.shadow_uniforms(sun)}
     with preserve_state(ctx), Target(ctx, SIZE, color=("rgba32f",) * 2) as target:
         table.draw(sa.EARTH, textures)
         coarse.draw(view, textures, sun, RECIPE)

@@ -1,0 +1,24 @@
+#version 330 core
+// What is left of the sun on the surfaces of a host's depth buffer: moons, rings, and the planet's shadow.
+
+#include "depth.glsl"
+#ifdef HAS_ECLIPSE
+#include "visibility.glsl"
+#endif
+
+uniform Axis u_shadow_axis;
+uniform vec3 u_camera_position;  // m
+
+out vec4 out_visibility;
+
+void main() {
+  Pixel pixel = make_pixel(gl_FragCoord.xy);
+  float distance = host_distance(ivec2(gl_FragCoord.xy), pixel);
+  vec3 off = u_shadow_axis.off + distance * cross(pixel.direction, u_shadow_axis.direction);
+  float z = u_shadow_axis.z + distance * dot(pixel.direction, u_shadow_axis.direction);
+  float visible = z > 0.0 && dot(off, off) < u_bottom_radius * u_bottom_radius ? 0.0 : 1.0;
+#ifdef HAS_ECLIPSE
+  visible *= sun_visibility(u_camera_position + distance * pixel.direction);
+#endif
+  out_visibility = vec4(distance < NOTHING ? visible : 1.0, 0.0, 0.0, 1.0);
+}
