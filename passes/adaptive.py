@@ -11,13 +11,14 @@ import numpy as np
 
 from shadowatmo.passes.atmosphere import composite_inputs, joined, sun_disc_uniforms
 from shadowatmo.passes.base import RenderPass
-from shadowatmo.passes.eclipse import shading_occluders
+from shadowatmo.passes.eclipse import dimming_rings, shading_occluders
 from shadowatmo.passes.gl.functions import gl_functions
 from shadowatmo.passes.gl.shader import bind_textures, build_program, set_uniforms
 from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.terminator import terminator_inputs
 from shadowatmo.passes.widths import cuts_inputs
 from shadowatmo.quality import PATH_METHODS
+from shadowatmo.ring import EDGE_ON
 from shadowatmo.shadow import penumbra_cone, umbra_cone
 
 TILE = 8  # pixels
@@ -89,6 +90,10 @@ class AdaptiveComposite(RenderPass):
         if moons and view.quality.method in PATH_METHODS:
             defines |= {"HAS_ECLIPSE": True, "OCCLUDERS": len(moons)}
             uniforms |= moon_shadows(view, sun, moons)
+        rings = dimming_rings(view.scene, sun)
+        if rings and view.quality.method in PATH_METHODS:
+            defines |= {"HAS_RINGS": True, "RINGS": len(rings)}
+            uniforms |= ring_shadows(view, sun, rings)
         self.tiles.framebuffer.use()
         self.fullscreen("adaptive_tiles.frag", defines, uniforms, samplers, vertex="adaptive_tiles.vert")
 
@@ -155,3 +160,19 @@ def moon_shadows(view, sun, moons) -> dict:
         outer, umbra = (make(moon.radius, sun.radius, distance) for make in (penumbra_cone, umbra_cone))
         cones.append((outer.radius + outer.excess, -outer.slope, umbra.radius + umbra.excess, umbra.slope))
     return {"u_moon_off": np.array(off), "u_moon_axis": np.array(axes), "u_moon_cones": np.array(cones)}
+
+
+def ring_shadows(view, sun, rings) -> dict:
+    """Return planes and edges of rings as the camera sees them, worked out in float64."""
+    offsets = [np.array(ring.center) - view.position for ring in rings]
+    normals = [np.array(ring.normal) for ring in rings]
+    slants = [_signed_floor(normal @ sun.direction, EDGE_ON) for normal in normals]
+    return {
+        "u_ring_planes": np.array([(*n, n @ off) for n, off in zip(normals, offsets, strict=True)]),
+        "u_ring_centers": np.array([(*off, slant) for off, slant in zip(offsets, slants, strict=True)]),
+        "u_ring_radii": np.array([(ring.inner_radius, ring.outer_radius) for ring in rings]),
+    }
+
+
+def _signed_floor(value, least):
+    return math.copysign(max(abs(value), least), value)

@@ -9,6 +9,7 @@ import math
 import moderngl
 import numpy as np
 
+from shadowatmo.eclipse_multiple import SHADE
 from shadowatmo.passes.base import RenderPass, depth_test
 from shadowatmo.passes.constants import (
     medium_defines,
@@ -18,11 +19,10 @@ from shadowatmo.passes.constants import (
     transmittance_defines,
 )
 from shadowatmo.passes.eclipse import eclipse_inputs, moon_discs
-from shadowatmo.passes.eclipse_view import eclipse_view_inputs
 from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.march import march_method
 from shadowatmo.passes.multiple import multiple_uniforms
-from shadowatmo.passes.multiple_view import view_defines, view_uniforms
+from shadowatmo.passes.multiple_view import goes_by_cells, view_defines, view_uniforms
 from shadowatmo.passes.table3d import table3d_method
 from shadowatmo.passes.table4d import table4d_method
 from shadowatmo.passes.table4d_view import VIEW_TEXTURES
@@ -117,14 +117,18 @@ def composite_inputs(view, textures, sun, first) -> tuple[tuple, tuple, tuple]:
         method_defines = {**method_defines, "HAS_TABLE4D_VIEW": True}
         method_samplers |= {f"u_{name}": textures[name] for name in VIEW_TEXTURES}
     air = method_defines, method_uniforms, method_samplers
-    moons = eclipse_inputs(sun, textures) if method in PATH_METHODS else NOTHING
+    moons = eclipse_inputs(sun, textures) if method != "widths" else NOTHING
     if moons[0]:
+        if method in TABLE_METHODS:
+            air = joined(air, ({"HAS_TABLE_ECLIPSE": True}, {}, {}))
         air = joined(air, moons, ({}, {"u_camera_position": view.position}, {}))
     if "multiple_view" in textures and view.quality.method in PATH_METHODS:
         more = {**multiple_uniforms(view.scene.atmosphere), **view_uniforms(view, sun, textures)}
         air = joined(air, (view_defines(view, textures), more, {"u_multiple_view": textures["multiple_view"]}))
-        if moons[0]:
-            air = joined(air, eclipse_view_inputs(view, textures))
+        if moons[0] and "eclipse_view" in textures:
+            air = joined(air, ({"HAS_SHADE": True, "RATIO_SHADE": SHADE}, {}, {}))
+            if not goes_by_cells(view, textures):
+                air = joined(air, textures["eclipse_view"])
     return (defines, uniforms, samplers), air, class_features
 
 

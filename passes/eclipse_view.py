@@ -21,16 +21,10 @@ FIRST = 0.375  # scale of the slices' distances in Rayleigh scale heights: unifo
 RIM = 128  # points of the air's rim that are looked for in the frame
 
 
-def eclipse_view_inputs(view, textures) -> tuple[dict, dict, dict]:
-    """Return defines, uniforms and samplers of eclipse_view.glsl for the lookup; empty where there is no table."""
-    if "eclipse_view" not in textures:
-        return {}, {}, {}
-    defines = {"HAS_ECLIPSE_VIEW": True, "RATIO_SHADE": SHADE, **_kind(view)}
-    return defines, eclipse_view_uniforms(view), {"u_eclipse_view": textures["eclipse_view"]}
-
-
-def _kind(view):
+def _kind(view, textures):
     high = is_high(view)
+    if high and not {"planet_depth", "host_depth"} & set(textures):  # nothing but the ground's sphere ends a path
+        return {"CELL_SLICES": 1, "HAS_HIGH_CELLS": True, "HAS_ONE_SLICE": True}
     return {"CELL_SLICES": SLICES[view.quality.multiple, high], **({"HAS_HIGH_CELLS": True} if high else {})}
 
 
@@ -68,7 +62,10 @@ def air_rectangle(view) -> np.ndarray:
 
 
 class EclipseView(RenderPass):
-    """What moons leave of multiple scattering along the paths from the camera, for one sun."""
+    """What moons leave of multiple scattering along the paths from the camera, for one sun.
+
+    Its output is defines, uniforms and samplers of eclipse_view.glsl for the lookup.
+    """
 
     name = "eclipse_view"
     inputs = ("ratio", "visibility", *OUTPUTS)
@@ -84,7 +81,7 @@ class EclipseView(RenderPass):
         ratio = ratio_inputs(view.scene, sun, textures, RATIO_RECIPES[effort], TERMS)
         if not ratio[0]:
             return
-        kind = _kind(view)
+        kind = _kind(view, textures)
         slices = kind["CELL_SLICES"]
         if slices not in self._targets:
             width, height = CELLS[effort]
@@ -100,7 +97,9 @@ class EclipseView(RenderPass):
         uniforms |= {"u_camera_position": view.position, "u_node_count": count}
         self._targets[slices].framebuffer.use()
         self.fullscreen("eclipse_view.frag", defines, uniforms, {**ratio[2], **multiple_samplers(textures)})
-        textures["eclipse_view"] = self._targets[slices].color[0]
+        lookup = {"HAS_ECLIPSE_VIEW": True, "RATIO_SHADE": SHADE, **kind}
+        samplers = {"u_eclipse_view": self._targets[slices].color[0]}
+        textures["eclipse_view"] = lookup, eclipse_view_uniforms(view), samplers
 
     def release(self):
         super().release()

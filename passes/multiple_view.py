@@ -8,6 +8,7 @@ from shadowatmo.passes.base import RenderPass
 from shadowatmo.passes.constants import medium_defines, medium_uniforms, segment_uniforms
 from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.multiple import multiple_defines, multiple_samplers, multiple_uniforms, path_defines
+from shadowatmo.passes.planet import has_relief_in_view
 
 CELLS = {False: 16, True: 20}  # pixels, by whether the frame is interpolated between samples
 FIRST = 0.375  # scale of the slices' distances in Rayleigh scale heights: uniform below, logarithmic beyond
@@ -23,7 +24,7 @@ def has_whole_paths(view, textures) -> bool:
 
     Only asked for where the frame is interpolated between samples; without, each altitude keeps the table it has had.
     """
-    return view.quality.tolerance > 0.0 and not {"planet_depth", "host_depth"} & set(textures)
+    return view.quality.tolerance > 0.0 and "host_depth" not in textures and not has_relief_in_view(view)
 
 
 def is_high(view) -> bool:
@@ -41,7 +42,7 @@ def view_uniforms(view, sun, textures) -> dict:
     """Return the uniforms of multiple_view.glsl."""
     atmosphere = view.scene.atmosphere
     size = {"u_view_size": _size(view, textures)}
-    if not _by_geometry(view, textures):
+    if goes_by_cells(view, textures):
         longest = 2.0 * math.sqrt(atmosphere.top_radius**2 - atmosphere.bottom_radius**2)
         first = FIRST * atmosphere.rayleigh_scale_height
         return {**size, "u_view_slices": (first, 1.0 / math.log1p(longest / first))}
@@ -59,8 +60,9 @@ def view_uniforms(view, sun, textures) -> dict:
     }
 
 
-def _by_geometry(view, textures):
-    return is_high(view) or has_whole_paths(view, textures)
+def goes_by_cells(view, textures) -> bool:
+    """Return whether the table goes by cells of the frame, and then has what moons leave in it, but for shade()."""
+    return not (is_high(view) or has_whole_paths(view, textures))
 
 
 def _kind(view, textures):
@@ -80,7 +82,7 @@ def _is_fine(view, textures):
 
 
 def _size(view, textures):
-    if _by_geometry(view, textures):
+    if not goes_by_cells(view, textures):
         return GEOMETRY_SIZES[_is_fine(view, textures)]
     return tuple(-(-n // _cell(view)) + 1 for n in view.size)
 
@@ -97,7 +99,7 @@ class MultipleView(RenderPass):
         self._targets = {}
 
     def draw(self, view, textures, sun, recipe):
-        atmosphere, geometry = view.scene.atmosphere, _by_geometry(view, textures)
+        atmosphere, geometry = view.scene.atmosphere, not goes_by_cells(view, textures)
         kind, (width, height) = _kind(view, textures), _size(view, textures)
         size = width, height * kind["SLICES"]
         if size not in self._targets:
@@ -113,8 +115,12 @@ class MultipleView(RenderPass):
             defines["HAS_FAR_CAMERA"] = True
         elif view.is_far:
             uniforms.pop("u_moments")
+        samplers = multiple_samplers(textures)
+        if goes_by_cells(view, textures) and "eclipse_view" in textures:
+            moons = textures["eclipse_view"]
+            defines, uniforms, samplers = defines | moons[0], uniforms | moons[1], samplers | moons[2]
         self._targets[size].framebuffer.use()
-        self.fullscreen("multiple_view.frag", defines, uniforms, multiple_samplers(textures))
+        self.fullscreen("multiple_view.frag", defines, uniforms, samplers)
         textures["multiple_view"] = self._targets[size].color[0]
 
     def release(self):

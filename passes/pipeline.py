@@ -293,10 +293,10 @@ class Renderer:
                     self._passes[name].draw(view, textures, sun)
             if "table4d_view" in self._passes:
                 self._passes["table4d_view"].draw(view, textures, sun)
-            if "multiple_view" in self._passes and "multiple_table" in textures:
-                self._passes["multiple_view"].draw(view, textures, sun, RECIPES[self.quality.multiple])
             if "eclipse_view" in self._passes:
                 self._passes["eclipse_view"].draw(view, textures, sun)
+            if "multiple_view" in self._passes and "multiple_table" in textures:
+                self._passes["multiple_view"].draw(view, textures, sun, RECIPES[self.quality.multiple])
             composite.draw(view, textures, sun, first=place == 0)
         return textures
 

@@ -80,7 +80,7 @@ class Planet(RenderPass):
 
     def highest_in_view(self, view) -> float:
         """Altitude [m] of the highest relief that is drawn displaced for a view."""
-        return self.maps.highest if self._relief is not None and view.altitude < RELIEF_CEILING else 0.0
+        return self.maps.highest if has_relief_in_view(view) else 0.0
 
     def _draw_geometry(self, view):
         framebuffer = self.geometry.framebuffer
@@ -169,6 +169,12 @@ class Relief:
         """Release the grid."""
         for item in (*self._arrays.values(), *self._buffers):
             item.release()
+
+
+def has_relief_in_view(view) -> bool:
+    """Return whether the ground of a view is more than a sphere: whether relief is displaced."""
+    surface = view.scene.surface
+    return surface is not None and surface.height is not None and view.altitude < RELIEF_CEILING
 
 
 def dip(radius, altitude) -> float:

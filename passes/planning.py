@@ -113,9 +113,11 @@ def make_plan(scene, quality) -> Plan:
     if quality.method == "table4d":
         add(True, Table4DView, f"the table at the camera's height and under its sun, inside the air ({suns})", "")
     gathered = every and quality.method in PATH_METHODS
-    add(gathered, MultipleView, f"gathers multiple scattering for the camera in coarse cells ({suns})", unused)
-    why = "gathers what the moons leave of it for the camera in coarse cells"
+    why = "gathers what the moons leave of multiple scattering for the camera in coarse cells"
     add(gathered and shaded, EclipseView, why, untouched if not any(moons.values()) else unused)
+    reads = (*MultipleView.inputs, *(EclipseView.outputs if gathered and shaded else ()))
+    why = f"gathers multiple scattering for the camera in coarse cells ({suns})"
+    add(gathered, MultipleView, why, unused, reads)
     background = ("planet_color",) if planet else ()
     nodes = nodes_for(scene.atmosphere, quality.nodes)
     columns = f"closed form with {quality.terms} terms" if closed else f"quadrature by {COLUMN_NODES} nodes"

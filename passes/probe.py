@@ -205,8 +205,8 @@ class _Probe:
             textures |= {"u_base": self._texture(*self.base.T), "u_direction": self._texture(*self.rays.directions.T)}
         if quality.method in TABLE_METHODS:
             found = self._draw("probe.frag", defines, uniforms, textures, 3)
-            rays = {name: textures[name] for name in ("u_ray", "u_axis", "u_limits")}
-            single, *others = table_light(self.ctx, atmosphere, quality, self._draw, rays)
+            rays = self._ray_textures(textures, moons)
+            single, *others = table_light(self.ctx, atmosphere, quality, self._draw, rays, moons)
             return [found[0], np.column_stack([single, found[1][:, 3]]), found[2], *others]
         if quality.orders == 1:
             found = self._draw("probe.frag", defines, uniforms, textures, 3)
@@ -225,12 +225,17 @@ class _Probe:
         found = self._draw("probe.frag", defines, uniforms, textures, 5)
         return self._marched(found, textures, moons) if quality.method == "march" else found
 
+    @staticmethod
+    def _ray_textures(textures, moons):
+        """Return the textures of the rays alone."""
+        names = ("u_ray", "u_axis", "u_limits", *(("u_base", "u_direction") if moons[0] else ()))
+        return {name: textures[name] for name in names}
+
     def _marched(self, found, textures, moons):
         """Put transmittance and single scattering of "march" into what probe.frag found."""
         size = {}
         table = table_samplers(size, self.tables), size
-        names = ("u_ray", "u_axis", "u_limits", *(("u_base", "u_direction") if moons[0] else ()))
-        rays = {name: textures[name] for name in names}
+        rays = self._ray_textures(textures, moons)
         air = march_light(self.scene.atmosphere, self.quality, self._draw, rays, table, moons)
         return [np.column_stack([a[:, :3], f[:, 3]]) for a, f in zip(air, found, strict=False)] + found[2:]
 

@@ -28,7 +28,7 @@ def make_table(ctx, method, orders):
     return Table3D(ctx, METHOD_TABLES[method][0], orders=orders)
 
 
-def table_light(ctx, atmosphere, quality, draw, textures) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def table_light(ctx, atmosphere, quality, draw, textures, moons) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return single, multiple and ground_multiple (N, 3) of rays for one sun of irradiance 1.
 
     Two tables tell the orders apart, of the first one alone and of all; the context keeps them for the next call.
@@ -42,13 +42,15 @@ def table_light(ctx, atmosphere, quality, draw, textures) -> tuple[np.ndarray, n
     draw : callable
         (fragment, defines, uniforms, textures, outputs) -> list of (N, 4) arrays, one ray per row.
     textures : dict
-        u_ray, u_axis and u_limits of table_probe.frag.
+        u_ray, u_axis and u_limits of table_probe.frag, and u_base and u_direction where moons shade the air.
+    moons : tuple of dict
+        Defines, uniforms and samplers of eclipse.glsl.
     """
-    single, _ = _light(ctx, atmosphere, quality, 1, draw, textures)
+    single, _ = _light(ctx, atmosphere, quality, 1, draw, textures, moons)
     orders = method_orders(quality)
     if orders == 1:
         return single, np.zeros_like(single), np.zeros_like(single)
-    total, ground = _light(ctx, atmosphere, quality, orders, draw, textures)
+    total, ground = _light(ctx, atmosphere, quality, orders, draw, textures, moons)
     return single, total - single, ground
 
 
@@ -59,7 +61,7 @@ def release_probe_tables(ctx) -> None:
         keepers.popitem()[1].release()
 
 
-def _light(ctx, atmosphere, quality, orders, draw, textures):
+def _light(ctx, atmosphere, quality, orders, draw, textures, moons):
     """Return radiance and skylight off the ground (N, 3) by the table of some orders."""
     method, tables = quality.method, {}
     keepers = context_store(ctx).setdefault("probe_inscatter", {})
@@ -78,5 +80,9 @@ def _light(ctx, atmosphere, quality, orders, draw, textures):
     uniforms |= cone_uniforms("u_shadow", cylinder(atmosphere.bottom_radius))
     uniforms["u_ground_albedo"] = atmosphere.ground_albedo
     samplers = inscatter_samplers(tables) | {"u_sky_irradiance_table": tables["sky_irradiance_table"]}
+    if moons[0]:
+        defines |= moons[0]
+        uniforms |= moons[1]
+        samplers |= moons[2]
     outputs = draw("table_probe.frag", defines, uniforms, {**textures, **samplers}, 2)
     return tuple(output[:, :3].astype(np.float64) for output in outputs)

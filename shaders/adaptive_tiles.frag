@@ -17,6 +17,11 @@ uniform vec4 u_disc;  // unit vector from the camera to the sun, sine of the ang
 #ifdef HAS_BACKGROUND
 uniform sampler2D u_background;
 #endif
+#ifdef HAS_RINGS
+uniform vec4 u_ring_planes[RINGS];   // unit normal, its product with the vector from the camera to the center [m]
+uniform vec4 u_ring_centers[RINGS];  // m, from the camera; cosine of normal and sun
+uniform vec2 u_ring_radii[RINGS];    // m
+#endif
 #ifdef HAS_ECLIPSE
 uniform vec4 u_moon_off[OCCLUDERS];   // m: camera to shadow axis, perpendicular to it; place of the camera along it
 uniform vec4 u_moon_axis[OCCLUDERS];  // unit vector away from the sun
@@ -113,6 +118,33 @@ bool on_narrow_shadow(Bounds tile) {
       bool narrow = (rho < penumbra + wide && penumbra - umbra < 2.0 * wide) || (rho < umbra + wide && umbra < 2.0 * wide);
       if (narrow && z > -u_bottom_radius) return true;
     }
+  }
+  return false;
+}
+#endif
+
+#ifdef HAS_RINGS
+const int RING_POINTS = 5;
+
+// The same of a ring's shadow: whether the path crosses one that is thinner than the tile is wide there.
+bool on_narrow_ring(Bounds tile) {
+  float ground = ground_distance(tile.ray);
+  float length_in_air = max(ground >= 0.0 ? ground : tile.ray.air, 0.0);
+  for (int i = 0; i < RINGS; ++i) {
+    float slant = u_ring_centers[i].w;
+    float least = 1.0e30;
+    float most = 0.0;
+    float wide = 0.0;
+    for (int j = 0; j < RING_POINTS; ++j) {
+      float t = tile.ray.start + length_in_air * float(j) / float(RING_POINTS - 1);
+      float up = (u_ring_planes[i].w - t * dot(tile.direction, u_ring_planes[i].xyz)) / slant;  // towards the sun
+      float rho = length(t * tile.direction - up * u_shadow_axis.direction - u_ring_centers[i].xyz);
+      wide = max(wide, 2.0 * t * tile.angle / abs(slant));
+      least = up > 0.0 ? min(least, rho) : least;
+      most = up > 0.0 ? max(most, rho) : most;
+    }
+    vec2 radii = u_ring_radii[i];
+    if (radii.y - radii.x < 2.0 * wide && most + wide > radii.x && least - wide < radii.y) return true;
   }
   return false;
 }
@@ -217,6 +249,9 @@ void main() {
   bool refused = !same || edge || on_peak(tile) || !smooth_enough || !flat_enough;
 #ifdef HAS_ECLIPSE
   refused = refused || on_narrow_shadow(tile);
+#endif
+#ifdef HAS_RINGS
+  refused = refused || on_narrow_ring(tile);
 #endif
   bool one_kind = same && flat_enough && !edge;
   bool two_pieces = code_has(code, LIT_BEFORE) && code_has(code, LIT_BEHIND);

@@ -29,10 +29,14 @@ Pixel make_pixel(vec2 fragment) {
   return pixel;
 }
 
+#ifdef HAS_FAR_CAMERA
+vec3 pixel_moment(Pixel pixel) { return u_moments * pixel.screen / pixel.stretch; }
+#endif
+
 Ray pixel_ray(Pixel pixel) {
   float x = dot(u_position_dots, pixel.screen) / pixel.stretch;
 #ifdef HAS_FAR_CAMERA
-  float impact = length(u_moments * pixel.screen) / pixel.stretch;
+  float impact = length(pixel_moment(pixel));
   float tangent_k = (impact - u_bottom_radius) * (impact + u_bottom_radius);
 #else
   float tangent_k = u_camera_k - x * x;
@@ -47,21 +51,20 @@ struct Axis {
   float z;         // m, position . direction
 };
 
-// The base point [m]. From far away it is not the camera's position plus a distance, which cancel: the moment tells the
-// point of the ray that is the nearest to the center, to the digits of its own size.
+// The base point [m]. From far away it is not the camera's position plus a distance, which cancel: the moment m = P x d
+// tells the point of the ray that is the nearest to the center, d x m, to the digits of its own size.
 vec3 base_point(Pixel pixel, Ray ray, vec3 position) {
 #ifdef HAS_FAR_CAMERA
-  vec3 moment = u_moments * pixel.screen / pixel.stretch;
-  return cross(pixel.direction, moment) + ray.x * pixel.direction;
+  return cross(pixel.direction, pixel_moment(pixel)) + ray.x * pixel.direction;
 #else
   return position + ray.start * pixel.direction;
 #endif
 }
 
-// Its height [m] along an axis; cosine = that of ray and axis.
-float base_height(Pixel pixel, Ray ray, Axis axis, float cosine) {
+// Its height [m] along an axis; normal and cosine = cross and dot product of the ray's direction and the axis.
+float base_height(Pixel pixel, Ray ray, Axis axis, vec3 normal, float cosine) {
 #ifdef HAS_FAR_CAMERA
-  return dot(base_point(pixel, ray, vec3(0.0)), axis.direction);
+  return ray.x * cosine - dot(pixel_moment(pixel), normal);
 #else
   return axis.z + ray.start * cosine;
 #endif
@@ -69,14 +72,15 @@ float base_height(Pixel pixel, Ray ray, Axis axis, float cosine) {
 
 AxisRay pixel_axis_ray(Pixel pixel, Ray ray, Axis axis) {
   vec3 normal = cross(pixel.direction, axis.direction);
+  AxisRay result;
+  result.dz = dot(pixel.direction, axis.direction);
 #ifdef HAS_FAR_CAMERA
-  vec3 off = cross(base_point(pixel, ray, vec3(0.0)), axis.direction);
+  vec3 moment = pixel_moment(pixel);
+  vec3 off = moment * result.dz - pixel.direction * dot(moment, axis.direction) + ray.x * normal;
 #else
   vec3 off = axis.off + ray.start * normal;
 #endif
-  AxisRay result;
-  result.dz = dot(pixel.direction, axis.direction);
-  result.z = base_height(pixel, ray, axis, result.dz);
+  result.z = base_height(pixel, ray, axis, normal, result.dz);
   result.across = dot(normal, normal);
   result.drift = dot(off, normal);
   result.impact = dot(off, cross(axis.direction, normal));

@@ -14,6 +14,9 @@
 #ifdef HAS_TABLE4D
 #include "table4d.glsl"
 #endif
+#ifdef HAS_TABLE_ECLIPSE
+#include "table_eclipse.glsl"
+#endif
 #ifdef HAS_WIDTHS
 #include "path_widths.glsl"
 #endif
@@ -23,6 +26,9 @@
 #endif
 #ifdef HAS_ECLIPSE_VIEW
 #include "eclipse_view.glsl"
+#endif
+#ifdef HAS_SHADE
+#include "shade.glsl"
 #endif
 #endif
 #ifdef HAS_SUN_DISC
@@ -51,12 +57,15 @@ vec3 disc_radiance(Pixel pixel) {
 Scattered air_radiance(vec2 fragment, Pixel pixel, Ray ray, vec4 cuts) {
   vec3 across = cross(pixel.direction, u_shadow_axis.direction);
   float nu = -dot(pixel.direction, u_shadow_axis.direction);
-  vec2 sun = vec2(-base_height(pixel, ray, u_shadow_axis, -nu), nu);
+  vec2 sun = vec2(-base_height(pixel, ray, u_shadow_axis, across, -nu), nu);
 #ifdef HAS_ECLIPSE
   eclipse_base = base_point(pixel, ray, u_camera_position);
   eclipse_direction = pixel.direction;
 #endif
   Scattered air = scatter(ray, sun, dot(across, across), cuts);
+#ifdef HAS_TABLE_ECLIPSE
+  air.radiance *= path_visibility(ray, sun, cuts);
+#endif
 #ifdef HAS_MULTIPLE_VIEW
 #ifdef HAS_HIGH_CAMERA
   vec3 multiple = multiple_inscatter(ray, pixel.direction, cuts.w, air.transmittance);
@@ -64,7 +73,10 @@ Scattered air_radiance(vec2 fragment, Pixel pixel, Ray ray, vec4 cuts) {
   vec3 multiple = multiple_inscatter(fragment, cuts.w, air.transmittance);
 #endif
 #ifdef HAS_ECLIPSE_VIEW
-  multiple *= eclipse_ratio(fragment, ray, cuts.w, air.visibility);
+  multiple *= exp(eclipse_remainder(fragment, ray, cuts.w));
+#endif
+#ifdef HAS_SHADE
+  multiple *= shade(air.visibility);
 #else
 #ifdef HAS_ECLIPSE
   multiple *= air.visibility;  // rings alone, wide against the paths of scattered light

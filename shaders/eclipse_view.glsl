@@ -3,7 +3,8 @@
 // The pixel knows which part of the sun its light has seen, which carries the edges of the shadow; what is left of the
 // logarithm of the ratio is smooth. Across and up cells of the part of the frame that shows air; the slices lie one over
 // the other. Low cameras: the slices are distances, and the ground is transparent, so that the horizon is no edge. High
-// ones (HAS_HIGH_CELLS): the altitude at which a descending path ends; the last one holds whole paths.
+// ones (HAS_HIGH_CELLS): the altitude at which a descending path ends; the last one holds whole paths, and is the only one
+// where nothing else ends a path (HAS_ONE_SLICE).
 
 #include "shade.glsl"
 
@@ -16,8 +17,12 @@ const float LAST_CELL_SLICE = float(CELL_SLICES - 1);
 #ifdef HAS_HIGH_CELLS
 // Where the path of a slice ends, and the slice of a path that ends at t [m].
 float cell_end(Ray ray, float slice) {
+#ifdef HAS_ONE_SLICE
+  float h = 0.0;
+#else
   float unit = 1.0 - slice / LAST_CELL_SLICE;
   float h = u_thickness * unit * unit;
+#endif
   float end_k = h * (2.0 * u_bottom_radius + h) - ray.tangent_k;
   bool ground = ray.tangent_k < 0.0 && ray.x < 0.0;
   bool descends = ray.x < 0.0 && end_k > 0.0 && (h > 0.0 || ground);
@@ -40,14 +45,18 @@ float cell_slice(Ray ray, float t) {
 #ifdef HAS_ECLIPSE_VIEW
 uniform sampler2D u_eclipse_view;
 
-// For a path that ends at `end` [m] after its base, and the mean visible fraction along it.
-vec3 eclipse_ratio(vec2 fragment, Ray ray, float end, float visible) {
+// Logarithm of the ratio over shade(), for a path that ends at `end` [m] after its base.
+vec3 eclipse_remainder(vec2 fragment, Ray ray, float end) {
   vec2 texel = clamp(fragment * u_cells.xy + u_cells.zw, vec2(0.5), u_cells_size - 0.5);
+#ifdef HAS_ONE_SLICE
+  return texture(u_eclipse_view, texel / u_cells_size).rgb;
+#else
   float slice = cell_slice(ray, end);
   float low = min(floor(slice), LAST_CELL_SLICE - 1.0);
   vec2 place = (texel + vec2(0.0, low * u_cells_size.y)) / (u_cells_size * vec2(1.0, float(CELL_SLICES)));
   vec3 near = texture(u_eclipse_view, place).rgb;
   vec3 far = texture(u_eclipse_view, place + vec2(0.0, 1.0 / float(CELL_SLICES))).rgb;
-  return shade(visible) * exp(mix(near, far, slice - low));
+  return mix(near, far, slice - low);
+#endif
 }
 #endif

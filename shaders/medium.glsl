@@ -39,9 +39,6 @@ vec3 optical_depth(vec3 columns) {
 #ifdef HAS_OZONE
   tau += u_ozone_extinction * columns.z;
 #endif
-#ifdef HAS_THICK_AIR
-  // Columns summed over few nodes may dip below zero, and in thick air exp would make infinity of that.
-  tau = max(tau, 0.0);
-#endif
-  return tau;
+  // Columns summed over few nodes may dip a little below zero; in very thick air exp would make infinity of that.
+  return max(tau, -1.0);
 }

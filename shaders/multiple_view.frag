@@ -4,6 +4,9 @@
 #include "camera.glsl"
 #include "multiple_path.glsl"
 #include "multiple_view.glsl"
+#ifdef HAS_ECLIPSE_VIEW
+#include "eclipse_view.glsl"
+#endif
 
 uniform Axis u_shadow_axis;
 
@@ -68,4 +71,7 @@ void main() {
     source += weight * aureole_source(steps[i].y, y / r, light, sun_columns.y, kernel);
   }
   out_mean = vec4(log(max(source / extinction, 1.0e-30)), 1.0);
+#ifdef HAS_ECLIPSE_VIEW
+  out_mean.rgb += eclipse_remainder(texel * float(CELL), ray, far);  // the pixel multiplies by shade() alone
+#endif
 }

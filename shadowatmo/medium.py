@@ -26,6 +26,15 @@ def extinction(atmosphere: Atmosphere) -> np.ndarray:
     return np.array([atmosphere.rayleigh_scattering, atmosphere.mie_extinction, ozone])
 
 
+def optical_depth(atmosphere: Atmosphere, columns) -> np.ndarray:
+    """Return the optical depth (..., 3 channels) of columns (..., 3 species) [m].
+
+    Columns summed over few nodes may dip a little below zero; never below -1, as exp would make infinity of very
+    thick air's.
+    """
+    return np.maximum(columns @ extinction(atmosphere), -1.0)
+
+
 def scattering(atmosphere: Atmosphere) -> np.ndarray:
     """Return scattering coefficients [1/m] at relative density 1, (2 species, 3 channels), none of ozone."""
     return np.array([atmosphere.rayleigh_scattering, atmosphere.mie_scattering])

@@ -27,7 +27,7 @@ from shadowatmo.harmonics import (
     polar_basis,
     rayleigh_moments,
 )
-from shadowatmo.medium import densities, extinction, scattering
+from shadowatmo.medium import densities, extinction, optical_depth, scattering
 from shadowatmo.multiple_recipes import RECIPES
 from shadowatmo.phase import rayleigh_phase
 from shadowatmo.quadrature import cumulative_matrix, gauss_legendre
@@ -178,9 +178,9 @@ def _piece(atmosphere, ray, rays, sun, ends, count, lit, columns):
     light, sun_column = np.zeros((*t.shape, 3)), np.zeros(t.shape)
     if lit:
         sun_columns = columns_to_top(atmosphere, k, y)
-        light, sun_column = np.exp(-sun_columns @ extinction(atmosphere)), sun_columns[..., 1]
-    weight = (weights * dt)[..., None] * np.exp(-before @ extinction(atmosphere))
-    clear = np.exp(-ends_columns @ extinction(atmosphere))
+        light, sun_column = np.exp(-optical_depth(atmosphere, sun_columns)), sun_columns[..., 1]
+    weight = (weights * dt)[..., None] * np.exp(-optical_depth(atmosphere, before))
+    clear = np.exp(-optical_depth(atmosphere, ends_columns))
     lost = np.sum(weight * (density @ extinction(atmosphere)[:2]), axis=1)
     return Piece(
         rays=rays,
@@ -212,7 +212,7 @@ class Gather:
         self.nu = mu * sun + safe_sqrt((1.0 - mu * mu) * (1.0 - sun * sun)) * cosine
         ray, sun_y, cuts, self.hits = point_paths(atmosphere, h, mu, sun, self.nu)
         self.pieces, columns = path_pieces(atmosphere, ray, sun_y, self.nu, cuts, effort.nodes, effort.gap_nodes)
-        self.transmittance = np.exp(-columns @ extinction(atmosphere))
+        self.transmittance = np.exp(-optical_depth(atmosphere, columns))
         self.ground_sun = (sun_y + self.nu * cuts[:, 3]) / atmosphere.bottom_radius
 
     def first(self, band):
@@ -396,4 +396,4 @@ def scatter_multiple(table, ray, sun_height, nu, cuts, nodes=16, gap_nodes=8):
             atmosphere, piece.density[..., 1], piece.mu_s, piece.light, piece.sun_column, kernel[piece.rays, None]
         )
         radiance[piece.rays] += piece.gain * np.sum(piece.weight * source, axis=1)
-    return np.maximum(radiance, 0.0), np.exp(-columns @ extinction(atmosphere))
+    return np.maximum(radiance, 0.0), np.exp(-optical_depth(atmosphere, columns))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from shadowatmo.extremes import dominant_layer, is_deep, is_thick, needs_more_nodes, reach_altitude
-from shadowatmo.medium import densities, extinction, scattering
+from shadowatmo.medium import densities, extinction, optical_depth, scattering
 from shadowatmo.phase import mie_phase, rayleigh_phase
 from shadowatmo.quadrature import cumulative_matrix, gauss_legendre
 from shadowatmo.quality import MAX_NODES
@@ -147,7 +147,7 @@ def add_lit(atmosphere, ray, sun_height, sun_cosine, near, far, total, count, te
         crossings = ozone_crossings(atmosphere, tangent_k)
         before = ozone_to(atmosphere, tangent_k, crossings, np.broadcast_to(ray.x[:, None], t.shape))
         columns[..., 2] += ozone_to(atmosphere, tangent_k, crossings, x) - before
-    light = weights[:, None] * np.exp(-columns @ extinction(atmosphere))
+    light = weights[:, None] * np.exp(-optical_depth(atmosphere, columns))
     total.rayleigh += np.einsum("nic,ni->nc", light, steps[..., 0])
     total.mie += np.einsum("nic,ni->nc", light, steps[..., 1])
     total.columns[:, :2] += np.einsum("j,njs->ns", weights, steps)
@@ -178,5 +178,5 @@ def scatter(atmosphere, ray, sun_height, sun_cosine, cuts, nodes=16, gap_nodes=8
     pass_gap(atmosphere, ray, dark, light, total, gap_nodes)
     add_lit(atmosphere, ray, sun_height, sun_cosine, light, far, total, nodes)
     finish_columns(atmosphere, ray, far, total)
-    transmittance = np.exp(-total.columns @ extinction(atmosphere))
+    transmittance = np.exp(-optical_depth(atmosphere, total.columns))
     return transmittance, apply_phases(atmosphere, total, sun_cosine)

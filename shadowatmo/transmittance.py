@@ -8,7 +8,7 @@ the column's relative error is 5e-4, with 6 it is 2e-5, for r/H above a few hund
 import numpy as np
 
 from shadowatmo.extremes import closed_form_holds, has_curved_ozone
-from shadowatmo.medium import densities, extinction
+from shadowatmo.medium import densities, optical_depth
 from shadowatmo.quadrature import gauss_legendre
 from shadowatmo.ray import altitude_of, far_root, k_of, safe_sqrt
 
@@ -170,7 +170,7 @@ def columns_to_top(atmosphere, k, y, terms=6, subtract_top=True):
 
 def transmittance_to_top(atmosphere, k, y, terms=6, subtract_top=True):
     """Return the transmittance (N, 3) from points to the top of the air, the ground ignored."""
-    return np.exp(-columns_to_top(atmosphere, k, y, terms, subtract_top) @ extinction(atmosphere))
+    return np.exp(-optical_depth(atmosphere, columns_to_top(atmosphere, k, y, terms, subtract_top)))
 
 
 def table_coordinates(atmosphere, k, y, size):

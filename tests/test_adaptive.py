@@ -58,6 +58,12 @@ def test_on_is_off_by_other_means(ctx, quality):
         assert holds(errors(smooth, full)), name
 
 
+def test_from_afar_all_orders_are_what_they_are_without(ctx):
+    """High cameras keep the texels of the view table: only slices that hold no path of theirs are left out."""
+    full, smooth, _ = both(ctx, SCENE, CAMERAS["20 000 km, half phase"], quality=sa.Quality(depth="textures"))
+    assert holds(errors(smooth, full))
+
+
 def test_full_size_costs_a_tenth(ctx):
     full, smooth, tiles = both(ctx, SCENE, CAMERAS["2 m, sunset"], (1280, 720))
     assert holds(errors(smooth, full))
@@ -126,6 +132,18 @@ def test_a_moons_shadow_smaller_than_a_tile_is_seen(ctx, monkeypatch):
         frames.append((scene, full))
     monkeypatch.setattr("shadowatmo.passes.adaptive.shading_occluders", lambda *_: ())
     assert any(errors(both(ctx, scene, camera)[1], full).max() > 2 * WORST for scene, full in frames)
+
+
+def test_a_rings_shadow_thinner_than_a_tile_is_seen(ctx, monkeypatch):
+    sun = dataclasses.replace(SUN, direction=(1.0, 0.0, 0.35))
+    inner = 1.6 * sa.EARTH.bottom_radius
+    ring = sa.Ring((0, 0, 0), (0, 0.1, 1), inner, inner + 2e4, optical_depth=5.0)
+    scene, camera = sa.Scene(suns=sun, rings=(ring,)), facing((1.0, 0.5, -0.3), 2e7, 45)
+    full, smooth, tiles = both(ctx, scene, camera, (640, 368))
+    assert holds(errors(smooth, full)) and np.mean(tiles > 0) < 0.3
+    monkeypatch.setattr("shadowatmo.passes.adaptive.dimming_rings", lambda *_: ())
+    _, blind, _ = both(ctx, scene, camera, (640, 368))
+    assert errors(blind, full).max() > 2 * WORST
 
 
 def test_a_pan_does_not_crawl(ctx):

@@ -117,7 +117,7 @@ def test_quality_keys_go_round():
     for _ in range(3):
         tap(controls, "n")
         seen.append((controls.quality.depth, controls.quality.depth_bits))
-    assert seen == [("textures", 24), ("analytic", 32), ("textures", 32)]
+    assert seen == [("textures", 32), ("textures", 24), ("analytic", 32)]
     tap(controls, "k")
     assert controls.quality.shadow == "cone"
     tap(controls, "k")

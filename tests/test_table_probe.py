@@ -42,7 +42,7 @@ def test_multiple_scattering_against_monte_carlo(ctx, preset):
             axis = axis_ray(one.base, rays.directions, down_sun, np.zeros(3), air.bottom_radius)
             textures = {"u_ray": one._texture(one.ray.x, one.ray.k, one.ray.tangent_k, one.ray.air)}
             textures |= one._axis_textures(axis, rays.t_max - one.ray.start)
-            _, multiple, ground = table_light(ctx, air, quality, one._draw, textures)
+            _, multiple, ground = table_light(ctx, air, quality, one._draw, textures, ({}, {}, {}))
             errors.append(multiple[0] / np.sum(expected["orders_2_to_6"][:3], axis=0) - 1)
             all_orders.append(multiple[0] / np.array(expected["multi"]) - 1)
             if expected["end"] == "ground":
