@@ -1,9 +1,9 @@
 """Budgets: the cheapest quality for an error, or the best for a cost, by measured curves that come with the package.
 
 The curve (data/curve.json) is what `shadowatmo report --calibrate` measured of every candidate: the error that 97 of
-100 rays keep, over all kinds of rays of the report together and over the pixels of the frame of its worst camera, the
-larger of the two; and the cost of a frame with the camera that costs the most, in full-screen copies. A budget for the
-error asks that 95 of 100 other rays keep it: two in a hundred are the margin.
+100 rays keep, over all kinds of rays of the report together, or 97 of 100 pixels of its frames, the larger of the two;
+and the cost of a frame with the camera that costs the most, in full-screen copies. A budget for the error asks that 95
+of 100 other rays keep it: two in a hundred are the margin.
 
 The environment variable SHADOWATMO_CURVE names another file, for a machine whose own curve was measured.
 """
@@ -50,9 +50,8 @@ def calibrated(report) -> dict:
     """Return the curve of a report: fields, error by orders and cost of every candidate."""
     points = []
     for c in report["candidates"]:
-        frames = max((errors["all"][BUDGET_PERCENTILE] for errors in c["frames"].values()), default=0.0)
         error = {name: found[BUDGET_PERCENTILE] for name, found in c["budget"].items()}
-        error["all"] = max(error["all"], frames)
+        error["all"] = max(error["all"], error.pop("frames"))
         points.append({"name": c["name"], "fields": c["fields"], "error": error, "cost": worst_cost(c),
                        "table_cost": c["table_cost"]})  # fmt: skip
     return {"format": FORMAT, "version": VERSION, "machine": report["machine"], "options": report["options"],

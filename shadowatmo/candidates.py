@@ -5,7 +5,7 @@ from dataclasses import fields
 from shadowatmo.quality import METHODS, NAMED, Quality
 
 FULL = (  # nodes and multiple of "segments", pixel by pixel
-    (3, "balanced"), (4, "balanced"), (6, "balanced"), (8, "accurate"), (12, "finest"), (20, "finest"),
+    (3, "balanced"), (4, "balanced"), (6, "balanced"), (8, "balanced"), (8, "accurate"), (12, "finest"), (20, "finest"),
 )  # fmt: skip
 TILED = (  # nodes, multiple and tolerance of frames interpolated between tiles
     (3, "balanced", 0.02), (4, "balanced", 0.02), (6, "balanced", 0.02), (6, "balanced", 0.006),
