@@ -108,8 +108,9 @@ class Report:
             with Renderer(self.ctx, self.scene, self.options.size, quality, cache=cache) as renderer:
                 for camera_name, camera in self.cameras.items():
                     frame = renderer.render(camera)
-                    found[name]["frames"][camera_name] = judge.judge(frame, camera_name)
+                    found[name]["frames"][camera_name] = judge.judge(frame, camera_name, quality)
                 found[name]["memory"] = texture_bytes() - before
+            found[name].setdefault("budget", {})["frames"] = judge.budget(quality)
             self._step(f"frames: {name}")
 
     def _table_cost(self, quality, clock, cache) -> float:

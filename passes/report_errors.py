@@ -154,7 +154,7 @@ class FrameErrors:
         self.ctx, self.cameras, self.size, self.scene = ctx, cameras, size, scene
         rng = np.random.default_rng(seed)
         self._pixels = rng.choice(size[0] * size[1], min(pixels, size[0] * size[1]), replace=False)
-        self._truth = {}
+        self._truth, self._counted = {}, {}
 
     def truth(self, name) -> Truth:
         """Return the truth of a camera's pixels."""
@@ -164,11 +164,16 @@ class FrameErrors:
             self._truth[name] = frame_truth(self.ctx, self.scene, camera, directions)
         return self._truth[name]
 
-    def judge(self, frame, name, orders="all") -> dict:
-        """Return the statistics of a frame: its light, and against the frame's maximum."""
+    def judge(self, frame, name, quality) -> dict:
+        """Return the statistics of a quality's frame: its light, and against the frame's maximum."""
         light = frame.numpy().reshape(-1, 3)[self._pixels].astype(np.float64)
-        relative, against = ray_errors(light, self.truth(name).light(orders))
+        relative, against = ray_errors(light, self.truth(name).light(quality.orders))
+        self._counted.setdefault(quality, []).append(relative)
         return {"all": statistics(relative), "frame": statistics(against)}
+
+    def budget(self, quality) -> dict:
+        """Return the statistics of a quality's pixels in all frames judged."""
+        return statistics(np.concatenate(self._counted[quality]))
 
 
 def frame_truth(ctx, scene, camera, directions) -> Truth:

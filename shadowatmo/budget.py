@@ -1,9 +1,9 @@
 """Budgets: the cheapest quality for an error, or the best for a cost, by measured curves that come with the package.
 
 The curve (data/curve.json) is what `shadowatmo report --calibrate` measured of every candidate: the error that 97 of
-100 rays keep, over all kinds of rays of the report together and over the pixels of the frame of its worst camera, the
-larger of the two; and the cost of a frame with the camera that costs the most, in full-screen copies. A budget for the
-error asks that 95 of 100 other rays keep it: two in a hundred are the margin.
+100 rays keep, over all kinds of rays of the report together, or 95 of 100 pixels of its frames, the larger of the two;
+and the cost of a frame with the camera that costs the most, in full-screen copies. A budget for the error asks that 95
+of 100 other rays keep it: two in a hundred are the margin.
 
 The environment variable SHADOWATMO_CURVE names another file, for a machine whose own curve was measured.
 """
@@ -17,7 +17,7 @@ from pathlib import Path
 
 from shadowatmo.errors import ParameterError
 from shadowatmo.report import worst_cost
-from shadowatmo.report_errors import BUDGET_PERCENTILE
+from shadowatmo.report_errors import BUDGET_PERCENTILE, FRAMES_PERCENTILE
 from shadowatmo.validation import number
 
 VARIABLE = "SHADOWATMO_CURVE"
@@ -50,9 +50,8 @@ def calibrated(report) -> dict:
     """Return the curve of a report: fields, error by orders and cost of every candidate."""
     points = []
     for c in report["candidates"]:
-        frames = max((errors["all"][BUDGET_PERCENTILE] for errors in c["frames"].values()), default=0.0)
-        error = {name: found[BUDGET_PERCENTILE] for name, found in c["budget"].items()}
-        error["all"] = max(error["all"], frames)
+        error = {name: c["budget"][name][BUDGET_PERCENTILE] for name in ("single", "all")}
+        error["all"] = max(error["all"], c["budget"]["frames"][FRAMES_PERCENTILE])
         points.append({"name": c["name"], "fields": c["fields"], "error": error, "cost": worst_cost(c),
                        "table_cost": c["table_cost"]})  # fmt: skip
     return {"format": FORMAT, "version": VERSION, "machine": report["machine"], "options": report["options"],
@@ -127,7 +126,7 @@ def choose(error=None, cost=None, given=None, points=None) -> Choice:
         raise ParameterError(name, limit, f">= {wanted(best):.3g}, which {best['name']} reaches")
     point = min(kept, key=lambda p: (other(p), wanted(p)))
     aim = "cheapest" if cost is None else "most accurate"
-    measured = f"97 of 100 rays within {100 * error_of(point):.2g} %, {point['cost']:.1f} copies"
+    measured = f"measured within {100 * error_of(point):.2g} %, {point['cost']:.1f} copies"
     counts = f"of {len(kept)} that keep it, of {len(fitting)} measured"
     reason = f"{name}={limit:g}: {point['name']} ({measured}) is the {aim} {counts}"
     return Choice(dict(point["fields"]), reason)

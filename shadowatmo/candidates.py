@@ -5,15 +5,14 @@ from dataclasses import fields
 from shadowatmo.quality import METHODS, NAMED, Quality
 
 FULL = (  # nodes and multiple of "segments", pixel by pixel
-    (3, "balanced"), (4, "balanced"), (6, "balanced"), (8, "balanced"), (8, "accurate"), (12, "accurate"),
-    (12, "finest"), (20, "accurate"), (20, "finest"),
+    (3, "balanced"), (4, "balanced"), (6, "balanced"), (8, "balanced"), (8, "accurate"), (12, "finest"), (20, "finest"),
 )  # fmt: skip
-STEPS = (8, 16, 32, 64, 128)  # of "march"
 TILED = (  # nodes, multiple and tolerance of frames interpolated between tiles
     (3, "balanced", 0.02), (4, "balanced", 0.02), (6, "balanced", 0.02), (6, "balanced", 0.006),
-    (4, "balanced", 0.006), (8, "balanced", 0.006), (8, "accurate", 0.006), (12, "accurate", 0.006),
-    (8, "accurate", 0.002), (12, "finest", 0.002), (20, "finest", 0.002),
+    (4, "balanced", 0.006), (8, "accurate", 0.006), (12, "accurate", 0.006), (8, "accurate", 0.002),
+    (12, "finest", 0.002), (20, "finest", 0.002),
 )  # fmt: skip
+STEPS = (8, 16, 32, 64, 128)  # of "march"
 TOLERANCE = 0.006  # of the other methods
 
 
@@ -56,6 +55,7 @@ def _segments(nodes, multiple, tolerance=0.0) -> Quality:
 
 def _add(found, quality):
     if quality not in found.values():
+        assert describe(quality) not in found
         found[describe(quality)] = quality
 
 
@@ -77,6 +77,7 @@ def describe(quality) -> str:
     if quality.method == "segments":
         parts += [f"{quality.nodes}+{quality.gap_nodes} nodes", f"{quality.terms} terms"]
         parts += ["table"] if quality.transmittance == "table" else []
+        parts += [f"{quality.multiple} multiple"] if quality.multiple != "balanced" else []
     if quality.method == "march":
         parts.append(f"{quality.steps} steps")
     parts += [f"tiles {quality.tolerance:g}"] if quality.tolerance else []

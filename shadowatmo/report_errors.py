@@ -9,7 +9,8 @@ import numpy as np
 
 FLOOR = 1e-4
 PERCENTILES = {"median": 50.0, "p95": 95.0, "p97": 97.0, "p99": 99.0, "max": 100.0}
-BUDGET_PERCENTILE = "p97"  # what a budget of p95 is chosen by: the difference is the margin for other rays
+BUDGET_PERCENTILE = "p97"  # of rays, what a budget of p95 is chosen by: the difference is the margin for other rays
+FRAMES_PERCENTILE = "p95"  # of the pixels of the report's own frames
 
 
 def ray_errors(got, truth) -> tuple[np.ndarray, np.ndarray]:

@@ -49,10 +49,11 @@ def speed_error_figure(report, statistic="p99"):
     axes.plot([], [], "-", color="#444444", lw=1, label="best")
     axes.set(xscale="log", yscale="log", xlabel="cost of a frame [full-screen copies, mean of the cameras]")
     axes.set_ylabel(f"error of single + multiple [%, {statistic} in the middle set of rays or frame]", fontsize=9)
-    axes.set_xlim(0.9 * min(x for x, _ in points), 1.25 * max(x for x, _ in points))
+    axes.set_xticks([m * d for d in (0.1, 1, 10, 100, 1000) for m in (1, 2, 3, 5)], minor=False)
+    axes.minorticks_off()
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter("{x:g}")
-    axes.xaxis.set_minor_formatter("{x:g}")
+    axes.set_xlim(0.9 * min(x for x, _ in points), 1.25 * max(x for x, _ in points))
     axes.grid(which="both", alpha=0.2)
     axes.legend(fontsize=8, ncols=2)
     size = "x".join(map(str, report["options"]["size"]))
