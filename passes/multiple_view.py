@@ -17,6 +17,9 @@ GEOMETRY_SIZES = {False: (49, 96), True: (65, 128)}  # azimuths, rows of both ha
 SLICES = {False: 12, True: 6}  # by whether the camera is high
 LOWEST = 1.0  # m, altitude of the camera that the table by geometry still tells from the ground
 NODES = {False: 8, True: 10}  # by whether it is the finer one
+# of frames whose sum over all orders is the accurate one
+ACCURATE_SIZE = (97, 192)
+ACCURATE_NODES = 20
 
 
 def has_whole_paths(view, textures) -> bool:
@@ -81,9 +84,13 @@ def _is_fine(view, textures):
     return is_high(view) and (view.quality.tolerance == 0.0 or has_whole_paths(view, textures))
 
 
+def _is_accurate(view):
+    return view.quality.multiple != "balanced"
+
+
 def _size(view, textures):
     if not goes_by_cells(view, textures):
-        return GEOMETRY_SIZES[_is_fine(view, textures)]
+        return ACCURATE_SIZE if _is_accurate(view) else GEOMETRY_SIZES[_is_fine(view, textures)]
     return tuple(-(-n // _cell(view)) + 1 for n in view.size)
 
 
@@ -106,11 +113,11 @@ class MultipleView(RenderPass):
             target = self.own(Target(self.ctx, size, color=("rgba32f",)))
             target.color[0].filter = (self.ctx.LINEAR, self.ctx.LINEAR)
             self._targets[size] = target
-        nodes = path_defines(NODES[_is_fine(view, textures)], 2)
-        defines = {**medium_defines(atmosphere), **multiple_defines(recipe), **nodes}
+        nodes = ACCURATE_NODES if _is_accurate(view) else NODES[_is_fine(view, textures)]
+        defines = {**medium_defines(atmosphere), **multiple_defines(recipe), **path_defines(nodes, 2)}
         uniforms = {**view.camera_uniforms(), **medium_uniforms(atmosphere), **segment_uniforms(atmosphere)}
         uniforms |= {**multiple_uniforms(atmosphere), **view_uniforms(view, sun, textures), **view.axis_uniforms(sun)}
-        defines |= {"TERMS": 4, **kind}
+        defines |= {"TERMS": view.quality.terms, **kind}
         if view.is_far and not geometry:
             defines["HAS_FAR_CAMERA"] = True
         elif view.is_far:

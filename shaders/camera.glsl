@@ -61,10 +61,10 @@ vec3 base_point(Pixel pixel, Ray ray, vec3 position) {
 #endif
 }
 
-// Its height [m] along an axis; normal and cosine = cross and dot product of the ray's direction and the axis.
-float base_height(Pixel pixel, Ray ray, Axis axis, vec3 normal, float cosine) {
+// Its height [m] along an axis; cosine = that of ray and axis.
+float base_height(Pixel pixel, Ray ray, Axis axis, float cosine) {
 #ifdef HAS_FAR_CAMERA
-  return ray.x * cosine - dot(pixel_moment(pixel), normal);
+  return ray.x * cosine - dot(pixel_moment(pixel), cross(pixel.direction, axis.direction));
 #else
   return axis.z + ray.start * cosine;
 #endif
@@ -80,7 +80,7 @@ AxisRay pixel_axis_ray(Pixel pixel, Ray ray, Axis axis) {
 #else
   vec3 off = axis.off + ray.start * normal;
 #endif
-  result.z = base_height(pixel, ray, axis, normal, result.dz);
+  result.z = base_height(pixel, ray, axis, result.dz);
   result.across = dot(normal, normal);
   result.drift = dot(off, normal);
   result.impact = dot(off, cross(axis.direction, normal));

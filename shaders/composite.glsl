@@ -57,7 +57,7 @@ vec3 disc_radiance(Pixel pixel) {
 Scattered air_radiance(vec2 fragment, Pixel pixel, Ray ray, vec4 cuts) {
   vec3 across = cross(pixel.direction, u_shadow_axis.direction);
   float nu = -dot(pixel.direction, u_shadow_axis.direction);
-  vec2 sun = vec2(-base_height(pixel, ray, u_shadow_axis, across, -nu), nu);
+  vec2 sun = vec2(-base_height(pixel, ray, u_shadow_axis, -nu), nu);
 #ifdef HAS_ECLIPSE
   eclipse_base = base_point(pixel, ray, u_camera_position);
   eclipse_direction = pixel.direction;

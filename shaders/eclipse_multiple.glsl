@@ -84,18 +84,19 @@ void ratio_shape(RatioPlace place, vec3 direction, out vec3 molecules, out vec3 
   }
 }
 
-// The source under one moon from the one without it; step = densities as it has them, mean = mean radiance [1/sr].
+// The source under one moon from the one without it, which a moon can only lessen; step = densities as it has them, mean = mean radiance [1/sr].
 vec3 source_under(vec3 source, vec3 mean, vec2 step, vec3 point, vec3 direction, float altitude, int moon, float visible) {
   RatioPlace place = ratio_place(point / (u_bottom_radius + altitude), altitude, moon);
   vec3 molecules, aerosols;
   ratio_shape(place, direction, molecules, aerosols);
   vec3 change = step.x * u_rayleigh_scattering * molecules + step.y * u_mie_scattering * aerosols;
-  return shade(visible) * exp(ratio_value(place, 0)) * max(source + MEAN_TO_MOMENT * mean * change, 0.0);
+  vec3 ratio = shade(visible) * exp(ratio_value(place, 0));
+  return min(ratio * max(source + MEAN_TO_MOMENT * mean * change, 0.0), source);
 }
 
 // Skylight on the ground under one moon over that without it.
 vec3 ground_ratio_under(vec3 up, int moon, float visible) {
-  return shade(visible) * exp(ratio_value(ratio_place(up, 0.0, moon), RATIO_COEFFICIENTS));
+  return min(shade(visible) * exp(ratio_value(ratio_place(up, 0.0, moon), RATIO_COEFFICIENTS)), 1.0);
 }
 
 #ifdef HAS_MOON_SUM

@@ -22,8 +22,7 @@ void main() {
   float kind = ray.air < 0.0 ? 0.0 : (two_pieces ? 3.0 : (is_cut(cuts) ? 2.0 : 1.0));
 #ifdef HAS_TERMINATOR
   float toward_sun = -dot(pixel.direction, u_shadow_axis.direction);
-  vec3 across = cross(pixel.direction, u_shadow_axis.direction);
-  float height = -base_height(pixel, ray, u_shadow_axis, across, -toward_sun);
+  float height = -base_height(pixel, ray, u_shadow_axis, -toward_sun);
   kind = kind == 1.0 && min(height, height + cuts.w * toward_sun) > u_high_sun ? 4.0 : kind;
 #endif
 #ifdef HAS_OPEN_CLASS

@@ -61,13 +61,14 @@ class RatioVolume:
             weight = np.einsum("...sc,s->...c", beta, lambdas[:, tile])
             change += (sign * basis[..., tile])[..., None] * weight * value
         ratio = shade(self._visible(points))[..., None] * np.exp(self._tile(0, points)[0])
-        return ratio * np.maximum(source + np.sqrt(4.0 * np.pi) * mean * change, 0.0)
+        return np.minimum(ratio * np.maximum(source + np.sqrt(4.0 * np.pi) * mean * change, 0.0), source)
 
     def ground_ratio(self, points):
         """Return skylight at points of the ground (..., 3) [m] over that without the moon, (..., 3)."""
         r = np.linalg.norm(points, axis=-1, keepdims=True)
         ring, sector, _ = self.grid.frame.place(points / r)
-        return shade(self._visible(points))[..., None] * np.exp(interpolate(self.values[-1, 0], [sector, ring]))
+        ratio = shade(self._visible(points))[..., None] * np.exp(interpolate(self.values[-1, 0], [sector, ring]))
+        return np.minimum(ratio, 1.0)
 
 
 class RatioGather:

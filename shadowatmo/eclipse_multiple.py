@@ -10,7 +10,8 @@ a the moments of the radiance under the moon, a' those without it, f the visible
 
     J = g(f) exp(R) [J' + a_00' sum lambda_l d_lm Y_lm(v')].
 
-Where the sun is whole wherever light comes from, both moments are the same sums, and R = d = 0 exactly.
+at most J', since a moon only takes light. Where the sun is whole wherever light comes from, both moments are the same
+sums, and R = d = 0 exactly.
 
 Frame: e1 = the sun's direction made normal to p, e2 = p x e1. The centers of planet, sun and moon lie in the plane of
 e1 and p, so half the angles do: a coefficient odd in e2 changes its sign across. A direction is turned with the point's

@@ -129,7 +129,7 @@ class Quality:
 NAMED = {
     "fast": Quality(nodes=6, depth="analytic", tolerance=0.02),
     "balanced": Quality(depth="analytic", tolerance=0.006),
-    "accurate": Quality(nodes=20, gap_nodes=10, terms=6, depth="analytic", multiple="accurate", tolerance=0.001),
+    "accurate": Quality(nodes=20, gap_nodes=12, terms=6, depth="analytic", multiple="accurate", tolerance=0.001),
 }
 
 

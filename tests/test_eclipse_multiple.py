@@ -273,6 +273,23 @@ def test_moons_whose_discs_are_apart_add_up(ctx):
     assert np.allclose(light(ctx, sa.Scene(suns=SUN, occluders=twice), (R + 2.0) * up, rays).multiple, alone, rtol=0.1)
 
 
+@pytest.mark.parametrize(
+    ("size", "distance", "off"), [(0.01, 58, 0.3), (3.0, 10, 1.05), (30.0, 3, 10.0), (300.0, 60, 50.0)]
+)
+def test_every_moon_takes_light_and_no_more_than_there_is(ctx, rng, size, distance, off):
+    """Specks, grazing shadows and moons far larger than the planet, size in suns, distances in ground radii."""
+    radius = distance * R * np.sin(size * SUN.radius / SUN.distance)
+    scene = sa.Scene(suns=SUN, occluders=sa.Occluder((distance * R, min(off * R, 0.8 * R + radius), 0.0), radius))
+    up, rays = rng.normal(size=(2, 60, 3))
+    up /= np.linalg.norm(up, axis=1, keepdims=True)
+    origins = (R + EARTH.thickness * rng.uniform(0.0, 1.2, (60, 1)) ** 2) * up
+    got, plain = (sa.probe(ctx, s, origins, rays, quality="balanced") for s in (scene, sa.Scene(suns=SUN)))
+    for name in ("multiple", "ground_multiple"):
+        shaded, full = getattr(got, name), getattr(plain, name)
+        assert np.all(np.isfinite(shaded)) and np.all(shaded >= 0.0) and np.all(shaded <= 1.0001 * full)
+    assert np.any(got.multiple < plain.multiple)
+
+
 def test_no_moon_no_text():
     features = {"HAS_MULTIPLE": True, "HAS_AIR": True, "HAS_SEGMENTS": True, "HAS_MULTIPLE_VIEW": True}
     for name in ("probe.frag", "atmosphere.frag", "planet.frag"):
