@@ -201,6 +201,10 @@ def test_a_baseline_tells_what_got_worse(small, tmp_path):
     found = compare(worse, read_report(path))
     assert len(found) == 3
     assert any(camera in line for line in found) and any("limb" in line for line in found)
+    slower = copy.deepcopy(small)
+    for candidate in slower["candidates"]:
+        candidate["cost"] = {name: 1.4 * cost for name, cost in candidate["cost"].items()}
+    assert [line.split(":")[0] for line in compare(slower, small)] == ["all costs together"]
     assert len(compare({**worse, "machine": {**worse["machine"], "renderer": "another"}}, small)) == 1  # errors alone
     assert len(compare({**worse, "options": {**worse["options"], "seed": 5}}, small)) == 2  # other rays
 
