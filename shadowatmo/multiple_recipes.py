@@ -57,8 +57,8 @@ class Recipe:
     orders: int = 5
 
 
-# The first two fit into 2 MB. What a view with the sun in it asks for is the forward lobe: the degree, and the nodes over
-# the view's direction.
+# The first two fit into 2 MB. What a view with the sun in it asks for is the forward lobe: the degree, and the nodes
+# over the view's direction.
 RECIPES = {
     "balanced": Recipe(
         polar=24,
