@@ -319,8 +319,8 @@ def _to_top(atmosphere, power, slope, nodes):
 def _disc_light(atmosphere, sun, power, slope, accuracy, horizontal=False, under=None):
     """Return the mean transmittance (N, 3) over a uniform solar disc, its part below the horizon dark.
 
-    `horizontal`: times the cosine of each strip's zenith angle, the irradiance of a level plane. `under`: the scene whose
-    moons and rings stand before the disc, and the points (N, 3).
+    `horizontal`: times the cosine of each strip's zenith angle, the irradiance of a level plane. `under`: the scene
+    whose moons and rings stand before the disc, and the points (N, 3).
 
     The disc is planar, its points told by their zenith angle alone: strips at the height y (-1 to 1, in
     radii) have the weight (2/pi) sqrt(1 - y^2) dy; with y = cos b that is smooth, (2/pi) sin^2 b db.

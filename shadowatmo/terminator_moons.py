@@ -1,7 +1,7 @@
 """Float64 twin of shaders/terminator_moons.glsl: moons before a sun whose disc the planet's limb hides in part.
 
-Strip by strip of the disc above the horizon (terminator.py) a moon hides an interval of the chord, and several moons the
-union of theirs. What passes is the light of the uniform disc above the horizon times the share of the limb-darkened
+Strip by strip of the disc above the horizon (terminator.py) a moon hides an interval of the chord, and several moons
+the union of theirs. What passes is the light of the uniform disc above the horizon times the share of the limb-darkened
 light there, dimmed by the air strip by strip, that no moon hides:
 
     integral of T w s / integral of T w over the strips above the horizon,
