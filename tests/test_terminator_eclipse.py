@@ -234,5 +234,13 @@ def test_who_asks_for_one_of_them_pays_nothing(ctx):
     eclipse.release()
 
 
+def test_plan_tells(ctx):
+    plans = []
+    for scene in (under("annular", 0.0)[1], sa.Scene(suns=DISC), under("annular", 0.0, SUN)[1]):
+        with sa.Renderer(ctx, scene, (8, 8), QUICK) as renderer:
+            plans.append("less what moons hide" in str(renderer.plan))
+    assert plans == [True, False, False]
+
+
 def test_high_sun_begins_later_under_moons():
     assert high_sun(EARTH, DISC, moons=True) > 3.5 * high_sun(EARTH, DISC)
