@@ -22,7 +22,7 @@ demo: setup
 	@echo "The pictures are in $$(cd "$(PICTURES)" && pwd)"
 
 test: setup
-	@$(PYTHON_VENV) -m pytest $(PYTEST_ARGS)
+	@$(PYTHON_VENV) -m pytest -n 2 --dist loadfile $(PYTEST_ARGS)
 
 lint: setup
 	@$(PYTHON_VENV) -m ruff check .

@@ -1,9 +1,10 @@
 """What moons cost a frame: CPU-time ratios to a full-screen copy pass, the variants interleaved in one run.
 
 Usage: python bench/eclipse_cost.py [frames]. Reads as bench/frame_cost.py does. Every row is one camera, every column a
-set of moons, all with closed-form depth.
+set of moons.
 """
 
+import itertools
 import sys
 from functools import partial
 from pathlib import Path
@@ -26,6 +27,7 @@ VARIANTS = {"no moon": (), "eight that miss": AWAY, "one": (MOON,), "two, overla
 
 
 SURFACES = {"air alone": None, "plain ground": sa.Surface()}
+QUALITIES = {"balanced": "balanced", "every pixel": sa.Quality(depth="analytic")}
 
 
 def main(frames=9):
@@ -39,12 +41,10 @@ def main(frames=9):
         bind_textures(program, {"u_color": source.color[0]})
         triangle.draw()
 
-    for title, surface in SURFACES.items():
-        print(f"{title:26s}" + "".join(f"{name:>18s}" for name in VARIANTS))
-        renderers = [
-            sa.Renderer(ctx, sa.Scene(suns=SUN, occluders=moons, surface=surface), SIZE, sa.Quality(depth="analytic"))
-            for moons in VARIANTS.values()
-        ]
+    for (title, surface), (effort, quality) in itertools.product(SURFACES.items(), QUALITIES.items()):
+        print(f"{title + ', ' + effort:26s}" + "".join(f"{name:>18s}" for name in VARIANTS))
+        scenes = [sa.Scene(suns=SUN, occluders=moons, surface=surface) for moons in VARIANTS.values()]
+        renderers = [sa.Renderer(ctx, scene, SIZE, quality) for scene in scenes]
         for name in NAMES:
             draws = [copy, *(partial(renderer.render, CAMERAS[name]) for renderer in renderers)]
             for draw in draws:

@@ -22,12 +22,12 @@ from tests.cameras import CAMERAS, SUN  # noqa: E402
 SIZE = (1280, 720)
 VARIANTS = {
     "fast": "fast",
-    "fast, tiles": sa.Quality(nodes=6, depth="analytic", tolerance=0.02),
     "balanced": "balanced",
-    "balanced, tiles": sa.Quality(depth="analytic", tolerance=0.006),
-    "balanced, analytic": sa.Quality(depth="analytic"),
-    "balanced, table": sa.Quality(transmittance="table"),
     "accurate": "accurate",
+    "every pixel": sa.Quality(depth="analytic"),
+    "depth textures": sa.Quality(),
+    "table of columns": sa.Quality(transmittance="table", depth="analytic"),
+    "table4d": sa.Quality(method="table4d", depth="analytic"),
     "widths": sa.Quality(method="widths"),
 }
 

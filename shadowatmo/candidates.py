@@ -27,7 +27,7 @@ def candidates(fast=False) -> dict[str, Quality]:
     found = dict(NAMED)
     for nodes, multiple in FULL if not fast else FULL[1:2]:
         _add(found, _segments(nodes, multiple))
-    for nodes, multiple, tolerance in TILED if not fast else TILED[2:4]:
+    for nodes, multiple, tolerance in TILED if not fast else ():
         _add(found, _segments(nodes, multiple, tolerance))
     if not fast:
         _add(found, Quality(nodes=8, terms=6, depth="analytic"))

@@ -8,7 +8,7 @@ from shadowatmo.report_rays import SEED
 from shadowatmo.validation import integer
 
 FORMAT, VERSION = "shadowatmo report", 1
-WORSE_COST, WORSE_ERROR = 1.15, 1.10  # ratios to the baseline; costs repeat to 10 percent
+WORSE_COST, WORSE_ALL, WORSE_ERROR = 1.20, 1.25, 1.10  # ratios to the baseline
 LEAST_COST, LEAST_ERROR = 0.5, 1e-5  # and differences below these do not count: copies, relative
 
 
@@ -37,7 +37,7 @@ class Options:
     fast: bool = False
     seed: int = SEED
     rays: int = 300
-    frames: int = 3
+    frames: int = 4
     rounds: int = 2
     pixels: int = 250
     size: tuple[int, int] = (1280, 720)
@@ -51,7 +51,7 @@ class Options:
     @classmethod
     def quick(cls, **changes) -> "Options":
         """Return what `--fast` measures."""
-        return cls(**{"fast": True, "rays": 90, "frames": 4, "rounds": 2, "pixels": 90, **changes})
+        return cls(**{"fast": True, "rays": 90, "frames": 6, "rounds": 2, "pixels": 90, **changes})
 
     def plain(self) -> dict:
         """Return the fields as JSON holds them."""
@@ -155,11 +155,15 @@ def _rounded(value):
 def compare(report, baseline) -> list[str]:
     """Return one line for everything that got worse since an earlier report; what only one of them has is no matter.
 
-    Costs are compared where both were taken by the same renderer and clock, errors where the rays are the same.
+    Costs are compared where both were taken by the same renderer and clock, errors where the rays are the same. A busy
+    machine slows the copy and the frames by different factors, so that the middle factor of all costs is judged apart,
+    and each cost beyond it.
     """
     worse = []
     before = {candidate["name"]: candidate for candidate in baseline["candidates"]}
     same_machine = all(report["machine"][key] == baseline["machine"][key] for key in ("renderer", "clock"))
+    drift = _drift(report, before) if same_machine else 1.0
+    _judge(worse, "all costs together", drift, 1.0, WORSE_ALL, 0.0)
     same_rays = all(report["options"][key] == baseline["options"][key] for key in ("seed", "rays", "pixels", "size"))
     for candidate in report["candidates"]:
         old = before.get(candidate["name"])
@@ -168,7 +172,7 @@ def compare(report, baseline) -> list[str]:
         if same_machine:
             for camera, cost in candidate["cost"].items():
                 what = f"{candidate['name']}: cost, {camera}"
-                _judge(worse, what, cost, old["cost"].get(camera), WORSE_COST, LEAST_COST)
+                _judge(worse, what, cost, old["cost"].get(camera), WORSE_COST * max(drift, 1.0), LEAST_COST)
             _judge(worse, f"{candidate['name']}: memory", candidate["memory"], old["memory"], WORSE_ERROR, 0.0)
         for kind in ("errors", "frames") if same_rays else ():
             for place, errors in candidate[kind].items():
@@ -178,6 +182,16 @@ def compare(report, baseline) -> list[str]:
                         now, then = errors[name][statistic], old[kind][place][name][statistic]
                         _judge(worse, what, now, then, WORSE_ERROR, LEAST_ERROR)
     return worse
+
+
+def _drift(report, before) -> float:
+    """Return the median ratio of the costs of a report to those before; 1 where nothing is in both."""
+    ratios = sorted(
+        cost / before[candidate["name"]]["cost"][camera]
+        for candidate in report["candidates"] if candidate["name"] in before
+        for camera, cost in candidate["cost"].items() if camera in before[candidate["name"]]["cost"]
+    )  # fmt: skip
+    return ratios[len(ratios) // 2] if ratios else 1.0
 
 
 def _judge(worse, what, now, then, factor, least):

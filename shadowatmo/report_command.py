@@ -19,8 +19,9 @@ fixed and seeded rays for all. --fast leaves out most candidates, the other plan
   shadowatmo report --reference cases.json                judge a file of reference rays instead
   shadowatmo report --calibrate                           and renew the curve that Quality(error=...) chooses from
 
-Exit status: 1 if something got worse than the baseline (costs by 15 %, errors or memory by 10 %), if a reference file's
-bar is missed, or if something asked for was not done; 0 otherwise.
+Exit status: 1 if something got worse than the baseline (a cost by 20 % more than the middle one of all, all costs by
+25 %, errors or memory by 10 %), if a reference file's bar is missed, or if something asked for was not done; otherwise
+0.
 """
 MAP_QUALITY, MAP_CAMERAS, MAP_STRIDE = "balanced", 2, 12
 

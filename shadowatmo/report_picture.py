@@ -75,12 +75,5 @@ def map_figure(errors, title, aspect):
 
 
 def save(figure, path) -> None:
-    """Write a figure as PNG, its colors reduced to a palette to keep the file small."""
-    import io
-
-    from PIL import Image
-
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=110)
-    buffer.seek(0)
-    Image.open(buffer).convert("RGB").quantize(128).save(path, optimize=True)
+    """Write a figure as PNG."""
+    figure.savefig(path, format="png", dpi=110)

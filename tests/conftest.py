@@ -8,6 +8,7 @@ import pytest
 from shadowatmo.errors import ContextError
 
 SEED = 20261122
+CONTEXT = pytest.StashKey()
 
 
 def pytest_collection_modifyitems(items):
@@ -18,7 +19,7 @@ def pytest_collection_modifyitems(items):
 
 
 @pytest.fixture(scope="session")
-def ctx():
+def ctx(request):
     """The one headless context: two in a process are asking for trouble.
 
     Without OpenGL the test is skipped with the reason, or fails where SHADOWATMO_REQUIRE_GL=1 says that there
@@ -32,8 +33,21 @@ def ctx():
         if os.environ.get("SHADOWATMO_REQUIRE_GL") == "1":
             pytest.fail(str(error), pytrace=False)
         pytest.skip(str(error))
+    request.session.stash[CONTEXT] = context
     yield context
+    del request.session.stash[CONTEXT]
     context.release()
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _no_programs_kept(request):
+    """Programs are released after each file: a software renderer keeps megabytes of machine code for every one."""
+    yield
+    context = request.node.session.stash.get(CONTEXT, None)
+    if context is not None:
+        from shadowatmo.passes.gl.shader import release_programs
+
+        release_programs(context)
 
 
 @pytest.fixture(autouse=True)

@@ -171,7 +171,7 @@ def test_twin_agrees_with_monte_carlo(tables, quality):
 
 
 def check_errors(errors, ground):
-    # measured beyond three standard errors: median .0, p95 1.3 (accurate) and 1.7 % (balanced); ground 0
+    # measured beyond three standard errors: median .0, p95 0.7 (accurate) and 0.9 % (balanced); ground 0
     assert np.median(errors) < 2e-3 and np.percentile(errors, 95) < 2.5e-2 and errors.max() < 6e-2
     assert np.median(ground) < 2e-3 and np.percentile(ground, 95) < 1e-2
 
@@ -300,7 +300,7 @@ def test_shaders_agree_with_monte_carlo(ctx, glsl, monkeypatch, quality):
         errors.append(cases.errors(light[:, :3], "multi"))
         ground.append(cases.errors(cases.ground(clear[:, :3], sky[:, :3]), "ground_multi"))
     check_errors(np.concatenate(errors), np.concatenate(ground))
-    assert passes.bytes < 2e6
+    assert passes.bytes < (2e6 if quality in SHIPPED else 8e6)
     passes.release()
 
 

@@ -60,7 +60,7 @@ def test_atmosphere_rejects(changes, name):
         (lambda: sa.Scene(surface="earth"), "surface"),
         (lambda: sa.Surface(color="nowhere.png"), "color"),
         (lambda: sa.Surface(relief_scale=-1), "relief_scale"),
-        (lambda: sa.Quality(method="march"), "method"),
+        (lambda: sa.Quality(method="stepping"), "method"),
         (lambda: sa.Quality(nodes=1), "nodes"),
         (lambda: sa.Quality(nodes=8.0), "nodes"),
         (lambda: sa.Quality(depth="both"), "depth"),

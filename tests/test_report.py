@@ -10,7 +10,7 @@ import pytest
 import shadowatmo as sa
 from shadowatmo import report_cases, report_text
 from shadowatmo.candidates import candidates, changed_fields, describe, from_fields
-from shadowatmo.passes import base, planet, report_features
+from shadowatmo.passes import base, planet, report_errors, report_features
 from shadowatmo.passes import report as report_pass
 from shadowatmo.passes.clock import Clock, ratio, ratio_noise
 from shadowatmo.passes.gl.source import compose_source
@@ -130,8 +130,10 @@ WANTED = {
 def small(ctx):
     patch = pytest.MonkeyPatch()
     patch.setattr(report_pass, "KINDS", [k for k in KINDS if k.name in ("ground, day", "limb", "eclipse")])
+    coarse = sa.Quality(nodes=4, gap_nodes=3, terms=6, multiple="accurate")  # the truth takes long
+    patch.setattr(report_errors, "TRUTH_OF_MULTIPLE", coarse)
     bare = report_features.features()
-    patch.setattr(report_pass, "features", lambda: [f for f in bare if f.name in ("bare", "eclipse", "second sun")])
+    patch.setattr(report_pass, "features", lambda: [f for f in bare if f.name in ("bare", "second sun")])
     steps = []
     try:
         found = Report(ctx, SMALL, lambda *step: steps.append(step), WANTED).run(cold=False)
@@ -199,6 +201,10 @@ def test_a_baseline_tells_what_got_worse(small, tmp_path):
     found = compare(worse, read_report(path))
     assert len(found) == 3
     assert any(camera in line for line in found) and any("limb" in line for line in found)
+    slower = copy.deepcopy(small)
+    for candidate in slower["candidates"]:
+        candidate["cost"] = {name: 1.4 * cost for name, cost in candidate["cost"].items()}
+    assert [line.split(":")[0] for line in compare(slower, small)] == ["all costs together"]
     assert len(compare({**worse, "machine": {**worse["machine"], "renderer": "another"}}, small)) == 1  # errors alone
     assert len(compare({**worse, "options": {**worse["options"], "seed": 5}}, small)) == 2  # other rays
 
