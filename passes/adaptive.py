@@ -50,7 +50,7 @@ class AdaptiveComposite(RenderPass):
 
     def draw(self, view, textures, sun, first):
         seen, air, class_features = composite_inputs(view, textures, sun, first)
-        air = joined(air, terminator_inputs(view, sun))
+        air = joined(air, terminator_inputs(view, sun, textures))
         cuts = cuts_inputs(view, textures, sun)
         grid = {"u_light": self.grid.color[0], "u_clear": self.grid.color[1]}
         self._draw_grid(seen, air, cuts, class_features[MIXED])

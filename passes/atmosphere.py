@@ -70,7 +70,7 @@ class AtmosphereComposite(RenderPass):
             for number, features in enumerate(class_features):
                 if number == 0 and view.is_inside:
                     continue  # every ray meets the air
-                disc = NOTHING if features is HIGH_SUN_CLASS else terminator_inputs(view, sun)
+                disc = NOTHING if features is HIGH_SUN_CLASS else terminator_inputs(view, sun, textures)
                 own = features, {"u_class": number}, {}
                 inputs = joined(seen, air, disc, own) if features else joined(seen, own)
                 self.fullscreen("atmosphere.frag", *inputs, vertex="class.vert")

@@ -23,6 +23,7 @@ from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.multiple import multiple_defines, multiple_samplers, multiple_uniforms
 from shadowatmo.passes.surface_maps import SurfaceMaps
 from shadowatmo.passes.terminator import terminator_defines, terminator_uniforms
+from shadowatmo.passes.terminator_moons import terminator_moons_inputs
 from shadowatmo.passes.transmittance import table_samplers
 from shadowatmo.quality import Quality
 
@@ -130,7 +131,8 @@ class Planet(RenderPass):
         uniforms |= terminator_uniforms(sun)
         moons = eclipse_inputs(sun, textures)
         ratio = ratio_inputs(view.scene, sun, textures, RATIO_RECIPES[view.quality.multiple])
-        moons = tuple({**a, **b} for a, b in zip(moons, ratio, strict=True))
+        disc = terminator_moons_inputs(sun, textures)
+        moons = tuple({**a, **b, **c} for a, b, c in zip(moons, ratio, disc, strict=True))
         samplers |= table_samplers(uniforms, textures)
         return {**defines, **moons[0]}, {**uniforms, **moons[1]}, {**samplers, **moons[2]}
 

@@ -122,7 +122,8 @@ def make_plan(scene, quality) -> Plan:
     nodes = nodes_for(scene.atmosphere, quality.nodes)
     columns = f"closed form with {quality.terms} terms" if closed else f"quadrature by {COLUMN_NODES} nodes"
     columns = "table" if quality.transmittance == "table" else columns
-    strips = f", sunlight by {STRIPS[quality.terms]} strips of the disc above the limb" if discs else ""
+    jointly = ", less what moons hide of each" if any(n and sun.disc_at_terminator for sun, n in moons.items()) else ""
+    strips = f", sunlight by {STRIPS[quality.terms]} strips of the disc above the limb{jointly}" if discs else ""
     how = {
         "segments": f"single scattering by {nodes} nodes a lit piece, columns from the {columns}{strips}",
         "march": f"single scattering by {quality.steps} uniform steps a path, in the shadow or out of it step by step",

@@ -36,6 +36,7 @@ from shadowatmo.passes.planning import warn_of_approximations
 from shadowatmo.passes.table_probe import TABLE_METHODS, table_light
 from shadowatmo.passes.tables import TableKeeper
 from shadowatmo.passes.terminator import night_uniforms, terminator_defines, terminator_uniforms
+from shadowatmo.passes.terminator_moons import terminator_moons_inputs
 from shadowatmo.passes.transmittance import TransmittanceTable, table_samplers
 from shadowatmo.quality import as_quality
 from shadowatmo.ray import ray_from_points
@@ -195,8 +196,9 @@ class _Probe:
             uniforms |= {**terminator_uniforms(sun), **night_uniforms(atmosphere, sun)}
         self.eclipse.draw(self.scene, self.tables)
         moons = eclipse_inputs(sun, self.tables)
-        defines |= moons[0]
-        uniforms |= moons[1]
+        for part in (moons, terminator_moons_inputs(sun, self.tables)):
+            defines |= part[0]
+            uniforms |= part[1]
         textures = {"u_ray": self._texture(ray.x, ray.k, ray.tangent_k, ray.air)}
         textures |= self._axis_textures(axis, self.rays.t_max - ray.start)
         textures |= table_samplers(uniforms, self.tables)

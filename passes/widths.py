@@ -5,6 +5,7 @@ from shadowatmo.errors import ParameterError
 from shadowatmo.passes.base import RenderPass, depth_test
 from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.terminator import dusk_uniforms, high_sun
+from shadowatmo.passes.terminator_moons import terminator_moons_inputs
 
 KINDS_OF_BUFFER = ("standard", "reversed", "logarithmic")  # what a depth attachment can hold
 # weights of distance, shadow's begin, shadow's end and far end in each field
@@ -28,7 +29,8 @@ class Widths(RenderPass):
         if view.quality.method == "table4d" and "inscatter" in textures:
             defines["HAS_OPEN_CLASS"] = True
         if view.has_terminator(sun):
-            uniforms["u_high_sun"] = high_sun(view.scene.atmosphere, sun)
+            moons = bool(terminator_moons_inputs(sun, textures)[0])
+            uniforms["u_high_sun"] = high_sun(view.scene.atmosphere, sun, moons)
         self.target.framebuffer.use()
         with depth_test(self.ctx, "1"):
             self.fullscreen("widths.frag", defines, uniforms, samplers)

@@ -95,7 +95,13 @@ void main() {
   vec3 direct = u_ground_albedo / PI * max(height, 0.0) / u_bottom_radius * transmittance_to_top(0.0, max(height, 0.0));
 #endif
 #ifdef HAS_ECLIPSE
+#ifdef HAS_TERMINATOR_MOONS
+  vec3 at = (eclipse_base + end * eclipse_direction) * u_sun_axes;
+  vec2 incidence = vec2(cosine, safe_sqrt(1.0 - cosine * cosine));
+  direct *= disc_visibility(at, visibility_at(at), 0.0, height, incidence);
+#else
   direct *= visibility_along(end);
+#endif
 #endif
   out_ground = vec4(code == 2.0 ? transmittance * direct : vec3(0.0), to - from);
 #ifdef HAS_MULTIPLE

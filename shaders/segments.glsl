@@ -13,6 +13,9 @@ const float LEAST_LIGHT = 1.0e-3;  // m; what an unlit node counts, so that ever
 #ifdef HAS_TERMINATOR
 #include "terminator.glsl"
 #endif
+#ifdef HAS_TERMINATOR_MOONS
+#include "terminator_moons.glsl"
+#endif
 #include "phase.glsl"
 #include "transmittance.glsl"
 
@@ -181,8 +184,13 @@ void add_lit(Ray ray, vec2 sun, float near, float far, inout Inscatter sum) {
     vec3 light = WEIGHTS[i] * exp(-optical_depth(columns));
 #endif
 #ifdef HAS_ECLIPSE
+#ifdef HAS_TERMINATOR_MOONS
+    vec3 visible = disc_visibility_along(t[i], k_along(ray, t[i]), sun.x + sun.y * t[i]);
+    sum.light += vec2(visible.y, 1.0) * (light.y * (steps[i].x + steps[i].y) + LEAST_LIGHT);
+#else
     float visible = visibility_along(t[i]);
     sum.light += vec2(visible, 1.0) * (light.y * (steps[i].x + steps[i].y) + LEAST_LIGHT);
+#endif
     light *= visible;
 #endif
     sum.rayleigh += light * steps[i].x;

@@ -13,6 +13,9 @@
 #ifdef HAS_ECLIPSE
 #include "eclipse.glsl"
 #endif
+#ifdef HAS_TERMINATOR_MOONS
+#include "terminator_moons.glsl"
+#endif
 #ifdef HAS_RATIO
 #include "eclipse_multiple.glsl"
 #endif
@@ -92,8 +95,15 @@ vec3 ground_radiance(vec3 up, vec3 to_eye, float distance) {
 #endif
 #ifdef HAS_ECLIPSE
   float visible = sun_visibility(up * (u_bottom_radius + altitude));
+#ifdef HAS_TERMINATOR_MOONS
+  vec3 at = up * (u_bottom_radius + altitude) * u_sun_axes;
+  vec3 passing = disc_visibility(at, visible, k, height, vec2(dot(normal, sun), upward));
+  light *= passing;
+  level_light *= passing;
+#else
   light *= visible;
   level_light *= visible;
+#endif
 #endif
   vec3 left = vec3(1.0);  // of skylight
 #ifdef HAS_RATIO

@@ -3,8 +3,7 @@
 // The disc is planar, uniform, and told by zenith angles alone. A strip at the height y, -1 to 1 in radii of the disc, has
 // the weight (2/pi) sqrt(1 - y^2) dy. With q the part of the diameter above the horizon, y = 1 - 2 q v, and v runs over
 // the nodes of the Gauss rule of that weight on the visible part. Nodes, and weights over q^(3/2), are polynomials of
-// sqrt(1 - q) that shadowatmo/terminator.py fits. A moon before the disc multiplies: what it hides of the part above the
-// horizon is taken to be its share of the whole disc.
+// sqrt(1 - q) that shadowatmo/terminator.py fits. What a moon leaves of that part: terminator_moons.glsl.
 
 #include "transmittance.glsl"
 

@@ -114,6 +114,19 @@ def joint_visibility(points, sun: Sun, occluders) -> np.ndarray:
     return result
 
 
+def discs_before_sun(points, sun: Sun, occluders, up) -> np.ndarray:
+    """Return the occluders' discs (N, M, 3) as seen from `points` (N, 3) [m], in units of the sun's radius.
+
+    Columns: the center's place along `up` (N, 3), projected across the line to the sun, and to the left or right of it,
+    always the same one; the radius.
+    """
+    sky = [_sky(points, sun, occluder) for occluder in occluders]
+    k, delta, toward = (np.stack(part, axis=1) for part in zip(*sky, strict=True))
+    angle = _position_angles(points, sun, np.concatenate([toward, np.asarray(up)[:, None]], axis=1))
+    aside, delta = angle[:, :-1] - angle[:, -1:], np.minimum(delta, _AWAY)
+    return np.stack([delta * np.cos(aside), delta * np.sin(aside), k], axis=2)
+
+
 def joint_discs(discs, u: float) -> np.ndarray:
     """Return the fraction (N,) of a unit disc's light that `discs` (N, M, 3) leave together.
 

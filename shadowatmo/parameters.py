@@ -123,7 +123,7 @@ class Sun:
     disc_at_terminator : bool
         True: the planet's limb hides a finite, uniform disc, in single scattering by the method "segments" and on the
         ground; light scattered more than once keeps a point sun. False: it hides a point (the hard planet shadow).
-        A moon's visible fraction multiplies.
+        A moon hides its part of what stands above the limb, limb-darkened; a ring dims it as it does the whole disc.
     """
 
     direction: tuple[float, float, float]

@@ -22,6 +22,7 @@ from shadowatmo.parameters import Atmosphere
 from shadowatmo.phase import mie_phase, rayleigh_phase
 from shadowatmo.rays import ProbeResult, Rays
 from shadowatmo.scene import Scene
+from shadowatmo.terminator_moons import visibility_above_limb
 
 _CHUNK = 128  # panels at a time
 _MAX_HALVINGS = 14
@@ -170,11 +171,8 @@ def _ground(scene, sun, segments, accuracy):
     rays, hits, cosine = rays[day], hits[day], cosine[day]
     power = np.zeros(len(rays))  # the hits lie on the datum, whatever rounding says
     slope = hits @ np.array(sun.direction)
-    if sun.disc_at_terminator:
-        light = _disc_light(atmosphere, sun, power, slope, accuracy, horizontal=True)
-    else:
-        light = cosine[:, None] * _sunlight(atmosphere, sun, power, slope, accuracy)
-    light *= visibility(hits, sun, scene)[:, None]
+    light = _sunlight(scene, sun, hits, power, slope, accuracy, horizontal=True)
+    light *= 1.0 if sun.disc_at_terminator else cosine[:, None]
     result[rays] = np.array(atmosphere.ground_albedo) / np.pi * light
     return result
 
@@ -185,7 +183,8 @@ def _single(scene, sun, segments, accuracy):
     count = len(segments)
     done = np.zeros((count, 3))
     value = _integrate(scene, sun, segments, accuracy, ray, start, stop)
-    tolerance = accuracy.tolerance if len(scene.occluders) < 2 and not scene.rings else max(accuracy.tolerance, 1e-7)
+    joint = len(scene.occluders) > 1 or scene.rings or (scene.occluders and sun.disc_at_terminator)
+    tolerance = max(accuracy.tolerance, 1e-7) if joint else accuracy.tolerance
     for halving in range(_MAX_HALVINGS):
         if not ray.size:
             break
@@ -286,21 +285,23 @@ def _panels(scene, sun, segments, accuracy, ray, start, stop):
     source += density[..., 1:2] * (beta[1] * mie_phase(nu, atmosphere.mie_g)[:, None])[:, None]
 
     slope = (segments.anchor[ray] @ direction)[:, None] + s * (segments.direction[ray] @ direction)[:, None]
-    light = _sunlight(atmosphere, sun, power.ravel(), slope.ravel(), accuracy).reshape(*s.shape, 3)
-    if scene.occluders or scene.rings:
-        at = segments.points(s, ray).reshape(-1, 3)
-        light = light * visibility(at, sun, scene).reshape(*s.shape, 1)
+    at = segments.points(s, ray).reshape(-1, 3)
+    light = _sunlight(scene, sun, at, power.ravel(), slope.ravel(), accuracy).reshape(*s.shape, 3)
     return width * np.einsum("k,pkc->pc", weights, view * source * light)
 
 
-def _sunlight(atmosphere, sun, power, slope, accuracy):
-    """Return transmittance times visibility past the planet (N, 3) at points that are known to be lit.
+def _sunlight(scene, sun, points, power, slope, accuracy, horizontal=False):
+    """Return transmittance times visibility past planet, moons and rings (N, 3) at points that are known to be lit.
 
-    `power` is |p|^2 - Rb^2 [m^2], `slope` dot(p, direction to the sun) [m], both (N,).
+    `points` [m] are (N, 3), `power` is |p|^2 - Rb^2 [m^2], `slope` dot(p, direction to the sun) [m], both (N,);
+    `horizontal` concerns finite discs alone.
     """
+    shaded = bool(scene.occluders or scene.rings)
     if sun.disc_at_terminator:
-        return _disc_light(atmosphere, sun, power, slope, accuracy)
-    return _to_top(atmosphere, power, slope, accuracy.column_nodes)
+        under = (scene, points) if shaded else None
+        return _disc_light(scene.atmosphere, sun, power, slope, accuracy, horizontal, under)
+    light = _to_top(scene.atmosphere, power, slope, accuracy.column_nodes)
+    return light * visibility(points, sun, scene)[:, None] if shaded else light
 
 
 def _to_top(atmosphere, power, slope, nodes):
@@ -315,10 +316,11 @@ def _to_top(atmosphere, power, slope, nodes):
     )
 
 
-def _disc_light(atmosphere, sun, power, slope, accuracy, horizontal=False):
+def _disc_light(atmosphere, sun, power, slope, accuracy, horizontal=False, under=None):
     """Return the mean transmittance (N, 3) over a uniform solar disc, its part below the horizon dark.
 
-    `horizontal`: times the cosine of each strip's zenith angle, the irradiance of a level plane.
+    `horizontal`: times the cosine of each strip's zenith angle, the irradiance of a level plane. `under`: the scene
+    whose moons and rings stand before the disc, and the points (N, 3).
 
     The disc is planar, its points told by their zenith angle alone: strips at the height y (-1 to 1, in
     radii) have the weight (2/pi) sqrt(1 - y^2) dy; with y = cos b that is smooth, (2/pi) sin^2 b db.
@@ -334,10 +336,10 @@ def _disc_light(atmosphere, sun, power, slope, accuracy, horizontal=False):
     weight = 2.0 / np.pi * last[:, None] * weights * np.sin(b) ** 2
     cosine = np.cos(zenith[:, None] - angular_radius * np.cos(b))
     strips = (radius[:, None] * cosine).ravel()
-    if horizontal:
-        weight = weight * np.maximum(cosine, 0.0)
     light = _to_top(atmosphere, np.repeat(power, accuracy.disc_nodes), strips, accuracy.column_nodes)
-    return np.einsum("nk,nkc->nc", weight, light.reshape(*b.shape, 3))
+    light = light.reshape(*b.shape, 3) * (np.maximum(cosine, 0.0)[:, :, None] if horizontal else 1.0)
+    mean = np.einsum("nk,nkc->nc", weight, light)
+    return mean if under is None else mean * visibility_above_limb(under[1], sun, under[0], last, light)
 
 
 @functools.lru_cache(maxsize=16)

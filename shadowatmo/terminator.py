@@ -6,7 +6,7 @@ horizon are dark. With q the visible part of the disc's diameter, 0 to 1, the st
 the Gauss rule of that weight over the visible part. Nodes, and weights over q^(3/2), are smooth in c = sqrt(1 - q),
 and polynomials of c stand for them; for a wholly visible disc (c = 0) they are exact.
 
-A moon before the disc multiplies: it is taken to hide as much of the part above the horizon as of the whole.
+What a moon leaves of the part above the horizon is a factor of its own: terminator_moons.py.
 """
 
 import functools

@@ -182,7 +182,7 @@ def test_probe_against_the_twin(ctx, rng):
         assert np.allclose(getattr(got, name), getattr(hard, name), rtol=1e-6, atol=1.0)
 
 
-def test_moon_before_a_setting_disc_multiplies(ctx, rng):
+def test_moon_over_dusk(ctx, rng):
     origins, directions = dusk_rays(rng, 6)
     moon = sa.Occluder((3.7e8, 5.9e6, 0.0), 1.6e6)
     got, truth, whole = (p(s) for p, s in (
