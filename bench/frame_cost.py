@@ -1,7 +1,7 @@
 """Cost of whole frames as ratios to a full-screen copy pass, interleaved in one run.
 
-Usage: python bench/frame_cost.py [frames]. CPU time where the renderer runs on the CPU (llvmpipe), which holds on a busy
-machine as wall time does not; timer queries on hardware. `shadowatmo report` measures errors beside it.
+Usage: python bench/frame_cost.py [frames]. CPU time where the renderer runs on the CPU (llvmpipe): it holds on a busy
+machine where wall time does not; timer queries on hardware. `shadowatmo report` measures errors beside it.
 """
 
 import sys
