@@ -297,7 +297,9 @@ def test_steps_are_small_and_make_the_same(ctx, tables):
         assert isinstance(label, str)
         run()
     for ours, theirs in zip(sliced.stored, whole.stored, strict=True):
-        assert np.array_equal(ours.read_color(0), theirs.read_color(0))
+        ours, theirs = ours.read_color(0), theirs.read_color(0)
+        # the same bits, but for values below the smallest normal float: not all threads of a driver flush those to 0
+        assert np.abs(ours - theirs).max() < np.finfo(np.float32).tiny
 
 
 def test_more_directions_change_little(tables):
