@@ -9,7 +9,7 @@ PYTEST_ARGS ?=
 help:
 	@echo "make setup      install what is missing and make .venv (quick when nothing changed)"
 	@echo "make demo       setup, then render the demo pictures without a display (PICTURES=folder, default pictures)"
-	@echo "make test       setup, then the whole test suite (PYTEST_ARGS='-k name'; SHADOWATMO_REQUIRE_GL=1: no GL is a failure)"
+	@echo "make test       setup, then the whole test suite (PYTEST_ARGS='-k name')"
 	@echo "make lint       setup, then ruff"
 	@echo "make clean      remove pictures, caches and build output"
 	@echo "make distclean  clean, and remove .venv"

@@ -176,7 +176,6 @@ def test_a_report_as_text(small):
 
 @pytest.mark.slow
 def test_a_report_draws_its_picture(small, tmp_path):
-    pytest.importorskip("matplotlib")
     from PIL import Image
 
     from shadowatmo.report_picture import map_figure, save, speed_error_figure

@@ -28,10 +28,9 @@ def test_a_frame_is_what_single_rays_are(ctx, name):
         pixels = renderer.render(camera).numpy().reshape(-1, 3)
         moved = renderer.render(level(80, 2e4, 20, 5)).numpy().reshape(-1, 3)
     want = probed(ctx, camera)
-    # A probe's rays begin in float64 and its tables of single and of all orders are half floats, 5e-4 each; at the
-    # horizon, where the table is steep, a pixel's float32 ray lies a texel's thousandth aside.
+    # the same mixture in another order, and a pixel's ray in float32 where a probe's begins in float64; measured 2.8e-5
     error = np.abs(pixels - want).max(axis=1) / want.max()
-    assert np.percentile(error, 99) < 2e-3 and error.max() < 2e-2
+    assert error.max() < 1e-4
     assert np.percentile(np.abs(moved - want).max(axis=1) / want.max(), 99) > 0.02  # another camera's table
 
 

@@ -10,7 +10,7 @@ cd "$(dirname "$0")/.."
 VENV=.venv
 VENV_PYTHON=$VENV/bin/python
 STAMP=$VENV/.shadowatmo-setup
-EXTRAS=demo,dev,sky
+EXTRAS=demo,dev,report,sky
 
 say() { printf 'setup: %s\n' "$*"; }
 fail() { printf 'setup: %s\n' "$*" >&2; exit 1; }
