@@ -50,10 +50,15 @@ class AtmosphereComposite(RenderPass):
     name = "atmosphere"
     inputs = ("cuts", "class")
     outputs = ("color",)
+    blends = False  # every pixel is written: classes are drawn by a depth test, those without air as well
 
     def __init__(self, ctx, size):
         super().__init__(ctx, size)
         self.target = None
+
+    def shows_air(self, view) -> bool:
+        """Return whether a frame needs what else the air's pixels read; their shaders are always there."""
+        return True
 
     def draw(self, view, textures, sun, first):
         if self.target is None:

@@ -1,5 +1,7 @@
 """The renderer: plans the passes that a scene needs, runs them in order, and hands out the frame."""
 
+from contextlib import ExitStack
+
 import numpy as np
 
 from shadowatmo.cache import TableCache
@@ -10,12 +12,14 @@ from shadowatmo.multiple_recipes import RECIPES
 from shadowatmo.passes.adaptive import AdaptiveComposite
 from shadowatmo.passes.atmosphere import AtmosphereComposite
 from shadowatmo.passes.atmosphere_back_depth import AtmosphereBackDepth
+from shadowatmo.passes.canvas import Canvas, draws_into, host_canvas, shares
 from shadowatmo.passes.cone_depth import ConeDepth
 from shadowatmo.passes.eclipse import Eclipse
 from shadowatmo.passes.eclipse_multiple import EclipseMultiple
 from shadowatmo.passes.eclipse_view import EclipseView
 from shadowatmo.passes.frame import Frame
 from shadowatmo.passes.gl.context import check_alive
+from shadowatmo.passes.gl.functions import gl_functions
 from shadowatmo.passes.gl.state import preserve_state
 from shadowatmo.passes.gl.textures import check_size
 from shadowatmo.passes.multiple import MultipleScattering
@@ -173,7 +177,9 @@ class Renderer:
         camera : Camera
             The one that the host drew with.
         target : moderngl.Framebuffer, optional
-            Also draw the composed linear color into it. Its size must be the renderer's.
+            Also draw the composed linear color into it. Its size must be the renderer's. Where its color is `color`
+            itself, the air is blended into what is there: nothing is copied, pixels without air keep their bits and
+            all pixels their alpha.
 
         Raises
         ------
@@ -262,17 +268,22 @@ class Renderer:
         self._check_open()
         instance("camera", camera, Camera, "a Camera")
         view = View(self.scene, self.quality, camera, self.size)
-        with preserve_state(self.ctx):
-            textures = self._run(view, dict(textures))
-            if target is not None:
-                self._copy(textures["color"], target)
+        with preserve_state(self.ctx), ExitStack() as stack:
+            textures = dict(textures)
+            if target is not None and self._composite.blends and draws_into(self.ctx, target, textures["background"]):
+                textures["canvas"] = stack.enter_context(host_canvas(self.ctx, textures["background"]))
+            textures = self._run(view, textures)
+            if textures.pop("canvas", None) is not None and target is not None:
+                textures["composed"] = textures.pop("color")
+            elif target is not None:
+                self._copy(textures["color"], target, keeps_alpha=shares(self.ctx, target, textures["background"]))
         self.frame_number += 1
         return Frame(self, self.frame_number, textures)
 
     def _run(self, view, textures) -> dict:
         """Draw all passes of a view and return every texture by name."""
-        composed, composite = "host_depth" in textures, self._passes[composite_name(self.quality)]
-        self._view = view
+        composed, composite = "host_depth" in textures, self._composite
+        self._view, in_view = view, composite.shows_air(view)
         for name in ("transmittance", "table3d", "table4d", "multiple"):
             if name in self._passes:
                 self._passes[name].draw(self.scene.atmosphere, textures)
@@ -281,6 +292,8 @@ class Renderer:
         if "eclipse_multiple" in self._passes:
             self._passes["eclipse_multiple"].draw(self.scene, textures)
         if "planet" in self._passes and not composed:
+            if self.scene.surface is not None and composite.blends:
+                textures["canvas"] = composite.canvas
             self._passes["planet"].draw(view, textures)
             if "planet_color" in textures:
                 textures["background"] = textures["planet_color"]
@@ -291,23 +304,36 @@ class Renderer:
             for name in ("shadow_back_depth", "shadow_front_depth", "widths"):
                 if name in self._passes:
                     self._passes[name].draw(view, textures, sun)
-            if "table4d_view" in self._passes:
+            if "table4d_view" in self._passes and in_view:
                 self._passes["table4d_view"].draw(view, textures, sun)
-            if "eclipse_view" in self._passes:
+            if "eclipse_view" in self._passes and in_view:
                 self._passes["eclipse_view"].draw(view, textures, sun)
-            if "multiple_view" in self._passes and "multiple_table" in textures:
+            if "multiple_view" in self._passes and in_view and "multiple_table" in textures:
                 self._passes["multiple_view"].draw(view, textures, sun, RECIPES[self.quality.multiple])
             composite.draw(view, textures, sun, first=place == 0)
         return textures
 
-    def _copy(self, texture, framebuffer):
+    @property
+    def _composite(self):
+        return self._passes[composite_name(self.quality)]
+
+    def _copy(self, texture, framebuffer, keeps_alpha=False):
         framebuffer.use()
-        self._passes[composite_name(self.quality)].fullscreen("copy.frag", {}, {}, {"u_color": texture})
+        gl_functions(self.ctx).ColorMask(True, True, True, not keeps_alpha)
+        self._composite.fullscreen("copy.frag", {}, {}, {"u_color": texture})
 
     def field(self, name, textures):
-        """Return the texture of a field of the frame just drawn: "depth", "lit_width" or "shadow_width"."""
+        """Return the texture of a field of the frame just drawn: "depth", "lit_width" or "shadow_width".
+
+        "color" where it was composed in place.
+        """
         self._check_open()
         with preserve_state(self.ctx):
+            if name == "color":
+                if "composed" not in self._passes:
+                    self._passes["composed"] = Canvas(self.ctx, self.size)
+                self._copy(textures["composed"], self._passes["composed"].framebuffer)
+                return self._passes["composed"].color
             if "cuts" not in textures:  # pass 5 went without
                 if "late_widths" not in self._passes:
                     self._passes["late_widths"] = Widths(self.ctx, self.size)

@@ -10,11 +10,13 @@ from shadowatmo.parameters import Sun
 from shadowatmo.passes.constants import air_uniforms, cone_uniforms, shadow_cone
 from shadowatmo.quality import Quality
 from shadowatmo.scene import Scene
+from shadowatmo.screen import sphere_window
 from shadowatmo.shadow import Cone
 from shadowatmo.terminator import night_cone
 
 REVERSED_NEAR = 1e-3  # m, where our reversed depth reaches 1; with a float's range it costs no precision to be so small
 COARSEST, REMOTE_STEP = 2.0**-24, 5e-4  # a float's step; the step, as a share of the air's depth, that is too coarse
+AIR_MARGIN = 1e-5  # of the top's radius, by which float32 may see air beside it
 FAR_RADII = 2.0  # distance from the center, in ground radii, beyond which the tangent point comes from the moment
 
 
@@ -70,6 +72,12 @@ class View:
     def is_inside(self) -> bool:
         """Whether the camera is inside the air, beyond the doubt of float32."""
         return self.altitude < (1.0 - 1e-5) * self.scene.atmosphere.thickness
+
+    @cached_property
+    def air_window(self) -> tuple[int, int, int, int] | None:
+        """Window (left, bottom, right, top) of the pixels that may look through air, see screen.py; None: none do."""
+        top = (1.0 + AIR_MARGIN) * self.scene.atmosphere.top_radius
+        return sphere_window(self.camera, self.size, -self.position, top)
 
     @cached_property
     def axes(self) -> np.ndarray:
