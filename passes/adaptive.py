@@ -11,7 +11,7 @@ import numpy as np
 
 from shadowatmo.passes.atmosphere import composite_inputs, joined, sun_disc_uniforms
 from shadowatmo.passes.base import RenderPass
-from shadowatmo.passes.canvas import ADDED, IN_HOST, IN_PLACE, Canvas, blended, drawing_in, has_dual_source
+from shadowatmo.passes.canvas import ADDED, IN_HOST, IN_PLACE, Canvas, blended, drawing_in
 from shadowatmo.passes.eclipse import dimming_rings, shading_occluders
 from shadowatmo.passes.gl.functions import gl_functions
 from shadowatmo.passes.gl.shader import bind_textures, build_program, set_uniforms
@@ -38,8 +38,11 @@ class AdaptiveComposite(RenderPass):
     Only the window of the frame that may show air is drawn. Where the scene behind the air stands in the picture
     already (`textures["canvas"]`) it is dimmed and lit in place, by blending; else the first sun writes the window.
 
-    Attributes
+    Parameters
     ----------
+    ctx : moderngl.Context
+    size : (int, int)
+        Of the frame [pixels].
     blends : bool
         Whether it can draw in place.
     """
@@ -47,7 +50,7 @@ class AdaptiveComposite(RenderPass):
     name = "adaptive"
     outputs = ("color",)
 
-    def __init__(self, ctx, size):
+    def __init__(self, ctx, size, blends):
         super().__init__(ctx, size)
         self.tiles_across = tuple(-(-n // TILE) for n in size)
         samples = tuple(n + 1 for n in self.tiles_across)
@@ -57,8 +60,7 @@ class AdaptiveComposite(RenderPass):
         self.tiles = self.own(Target(ctx, self.tiles_across, color=("r32f",)))
         self.tiles.framebuffer.clear()
         self.points = gl_functions(ctx).floats(GL_POINT_SIZE_RANGE, 2)[1] >= TILE
-        self.blends = has_dual_source(ctx)
-        self._canvas, self._arrays = None, {}
+        self.blends, self._canvas, self._arrays = blends, None, {}
 
     @property
     def canvas(self) -> Canvas:

@@ -12,7 +12,7 @@ from shadowatmo.multiple_recipes import RECIPES
 from shadowatmo.passes.adaptive import AdaptiveComposite
 from shadowatmo.passes.atmosphere import AtmosphereComposite
 from shadowatmo.passes.atmosphere_back_depth import AtmosphereBackDepth
-from shadowatmo.passes.canvas import Canvas, draws_into, host_canvas, shares
+from shadowatmo.passes.canvas import Canvas, draws_into, has_dual_source, host_canvas, shares
 from shadowatmo.passes.cone_depth import ConeDepth
 from shadowatmo.passes.eclipse import Eclipse
 from shadowatmo.passes.eclipse_multiple import EclipseMultiple
@@ -81,7 +81,7 @@ class Renderer:
         self.quality = as_quality(quality)
         self.size = check_size(ctx, size)
         self.frame_number = 0
-        self._passes, self._closed = {}, False
+        self._passes, self._closed, self._blends = {}, False, has_dual_source(ctx)
         self.scene = scene
         with preserve_state(ctx):
             try:
@@ -127,7 +127,7 @@ class Renderer:
             "atmosphere_back_depth": lambda: AtmosphereBackDepth(self.ctx, self.size, depth_format),
             "widths": lambda: Widths(self.ctx, self.size),
             "atmosphere": lambda: AtmosphereComposite(self.ctx, self.size),
-            "adaptive": lambda: AdaptiveComposite(self.ctx, self.size),
+            "adaptive": lambda: AdaptiveComposite(self.ctx, self.size, self._blends),
         }
         for step in self.plan.steps:
             if step.name not in self._passes:
@@ -154,7 +154,7 @@ class Renderer:
     @property
     def plan(self) -> Plan:
         """The passes that `render` runs, each with its reason, and what was left out and why."""
-        return make_plan(self.scene, self.quality)
+        return make_plan(self.scene, self.quality, self._blends)
 
     def render(self, camera) -> Frame:
         """Draw the scene as the camera sees it and return the frame.

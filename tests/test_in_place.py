@@ -250,6 +250,20 @@ def test_nothing_of_it_in_the_text_where_it_is_not_used():
         assert "out_passed" in compose_source(fragment, {**defines, "HAS_IN_PLACE": True}).text
 
 
+def test_the_plan_says_it(ctx):
+    plans = {}
+    for surface in (None, sa.Surface()):
+        for tolerance in (0.0, 0.006):
+            scene, quality = sa.Scene(suns=SUN, surface=surface), dataclasses.replace(QUALITY, tolerance=tolerance)
+            with sa.Renderer(ctx, scene, SIZE, quality) as renderer:
+                plans[surface is not None, tolerance] = str(renderer.plan)
+    assert "in place" in plans[True, 0.006] and "in_place: left out" not in plans[True, 0.006]
+    assert "in_place: left out, nothing stands behind the air" in plans[False, 0.006]
+    assert "window of the frame" in plans[False, 0.006]
+    for lit in (False, True):
+        assert "in_place" not in plans[lit, 0.0] and "in place" not in plans[lit, 0.0]
+
+
 def test_without_two_sources_of_blending(ctx, monkeypatch, host):
     color, depth, target, pixels = host
     camera = CAMERAS["20 000 km, half phase"]
@@ -257,9 +271,9 @@ def test_without_two_sources_of_blending(ctx, monkeypatch, host):
     frames = []
     for missing in (False, True):
         if missing:
-            monkeypatch.setattr("shadowatmo.passes.adaptive.has_dual_source", lambda _: False)
+            monkeypatch.setattr("shadowatmo.passes.pipeline.has_dual_source", lambda _: False)
         with sa.Renderer(ctx, scene, SIZE, QUALITY) as renderer:
-            assert renderer._passes["adaptive"].blends != missing
+            assert ("cannot blend" in str(renderer.plan)) == missing
             drawn = renderer.render(camera).read("color").copy()
             renderer.compose(color, depth, camera, target=target)
             frames.append((drawn, contents(color)))
