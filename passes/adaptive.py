@@ -9,7 +9,7 @@ import math
 import moderngl
 import numpy as np
 
-from shadowatmo.passes.atmosphere import composite_inputs, joined, sun_disc_uniforms
+from shadowatmo.passes.atmosphere import composite_inputs, draw_disc, joined, prepare, without_background
 from shadowatmo.passes.base import RenderPass
 from shadowatmo.passes.canvas import ADDED, IN_HOST, IN_PLACE, Canvas, blended, drawing_in
 from shadowatmo.passes.eclipse import dimming_rings, shading_occluders
@@ -20,7 +20,6 @@ from shadowatmo.passes.terminator import terminator_inputs
 from shadowatmo.passes.widths import cuts_inputs
 from shadowatmo.quality import PATH_METHODS
 from shadowatmo.ring import EDGE_ON
-from shadowatmo.screen import around, frame_around, in_steps, meet, sphere_window
 from shadowatmo.shadow import penumbra_cone, umbra_cone
 
 TILE = 8  # pixels
@@ -69,18 +68,14 @@ class AdaptiveComposite(RenderPass):
             self._canvas = self.own(Canvas(self.ctx, self.size))
         return self._canvas
 
-    def shows_air(self, view) -> bool:
-        """Return whether a frame needs what else the air's pixels read."""
-        return view.air_window is not None
-
     def draw(self, view, textures, sun, first):
         canvas, in_place = textures.get("canvas") or self.canvas, "canvas" in textures
-        window, disc = windows(view, sun)
+        window, disc = view.windows(sun, TILE)
         seen, air, class_features = composite_inputs(view, textures, sun, first)
         behind = seen[2].get("u_background")
         cuts = cuts_inputs(view, textures, sun)
         if first and not in_place:
-            self._prepare(canvas, window, behind)
+            prepare(self, canvas, window, behind)
         if window is not None:
             if first and in_place:
                 seen = {**without_background(seen), "HAS_IN_PLACE": True}, seen[1], {}
@@ -93,21 +88,9 @@ class AdaptiveComposite(RenderPass):
                 self._draw_frame(seen[0], behind, grid, first, canvas, window)
                 self._draw_classes(seen, air, cuts, class_features, canvas, tiles)
         if disc is not None:
-            with blended(self.ctx, ADDED), drawing_in(canvas.framebuffer, disc):
-                own = {"HAS_SOLVED_CUTS": True}, {}, {}
-                self.fullscreen("atmosphere.frag", *joined((without_background(seen), seen[1], {}), cuts, own))
+            draw_disc(self, canvas, disc, seen, cuts)
         canvas.mark(window, disc)
         textures["color"] = canvas.color
-
-    def _prepare(self, canvas, window, background):
-        """Write what a picture of our own has around a window that will be written whole."""
-        if background is None:
-            canvas.clear(kept=window)
-            return
-        for part in frame_around(window, self.size):
-            with drawing_in(canvas.framebuffer, part):
-                self.fullscreen("copy.frag", {"HAS_NO_ALPHA": True}, {}, {"u_color": background})
-        canvas.mark((0, 0, *self.size))
 
     def _draw_grid(self, seen, air, cuts, features, tiles):
         own = {"TILE_PIXELS": TILE, **features}, {"u_size": self.size}, {}
@@ -130,7 +113,7 @@ class AdaptiveComposite(RenderPass):
             samplers["u_background"] = behind
         if view.scene.sun_disc:
             defines["HAS_SUN_DISC"] = True
-            uniforms["u_disc"] = disc_reach(view, sun)
+            uniforms["u_disc"] = view.disc_reach(sun)
         moons = shading_occluders(view.scene, sun)
         if moons and view.quality.method in PATH_METHODS:
             defines |= {"HAS_ECLIPSE": True, "OCCLUDERS": len(moons)}
@@ -180,22 +163,6 @@ class AdaptiveComposite(RenderPass):
         self._arrays[program].render(mode, vertices=vertices * across * up)
 
 
-def windows(view, sun) -> tuple[tuple | None, tuple | None]:
-    """Return the window of whole tiles that may show air, and that of the sun's disc beside it; None for nothing.
-
-    A disc that touches the first window makes it larger, since tiles then draw both.
-    """
-    air, disc = view.air_window, None
-    if air is not None:
-        air = in_steps(air, TILE, view.size)
-    if view.scene.sun_disc:
-        reach = disc_reach(view, sun)
-        disc = sphere_window(view.camera, view.size, reach[:3], reach[3])
-    if air is not None and disc is not None and meet(air, disc):
-        return in_steps(around(air, disc), TILE, view.size), None
-    return air, disc
-
-
 def tiles_of(window) -> tuple[int, int, int, int]:
     """Return the window of a window's tiles, counted in tiles."""
     return *(n // TILE for n in window[:2]), *(-(-n // TILE) for n in window[2:])
@@ -208,11 +175,6 @@ def samples_of(tiles, size) -> tuple[int, int, int, int]:
     """
     low, high = (max(n - 1, 0) for n in tiles[:2]), (min(n + 2, most) for n, most in zip(tiles[2:], size, strict=True))
     return *low, *high
-
-
-def without_background(inputs) -> dict:
-    """Return the defines of inputs without that of a background that is read."""
-    return {name: value for name, value in inputs[0].items() if name not in ("HAS_BACKGROUND", "HAS_IN_PLACE")}
 
 
 def blending(first, in_place, canvas) -> tuple | None:
@@ -232,12 +194,6 @@ def peak(view) -> tuple[float, float]:
     lobe = 1.0 - abs(g)
     reach = LOBE_REACH * lobe if lobe < LOBE_REACH * tile else 0.0
     return min(reach, 1.0), 1.0 if g > 0.0 else -1.0
-
-
-def disc_reach(view, sun) -> tuple[float, float, float, float]:
-    """Return the unit vector to a sun's disc and the sine of the angle that it takes, its soft edge included."""
-    disc = sun_disc_uniforms(view, sun)
-    return *disc["u_sun_toward"], min(disc["u_sun_disc"][0] + view.pixel_angle, 1.0)
 
 
 def moon_shadows(view, sun, moons) -> dict:

@@ -27,13 +27,15 @@ class Canvas:
     ctx : moderngl.Context
     size : (int, int)
         Pixels.
+    depth : moderngl.Texture, optional
+        Of somebody else, for tests against it.
     """
 
     keeps_alpha = False  # alpha is how much of the background the air hides
 
-    def __init__(self, ctx, size):
+    def __init__(self, ctx, size, depth=None):
         self.size = size
-        self._target = Target(ctx, size, color=("rgba32f",))
+        self._target = Target(ctx, size, color=("rgba32f",), depth=depth)
         self.framebuffer, self.color = self._target.framebuffer, self._target.color[0]
         self._drawn = [(0, 0, *size)]
 

@@ -23,8 +23,9 @@ class Frame:
 
     Notes
     -----
-    Fields other than the color are worked out when they are first asked for. With a tolerance above 0 that means from
-    the depth that `compose` was given, which must still be what it was. So must be a color that was composed in place.
+    Fields other than the color are worked out when they are first asked for. With a tolerance above 0, or where a part
+    of the frame shows no air, that means from the depth that `compose` was given, which must still be what it was. So
+    must be a color that was composed in place.
     """
 
     def __init__(self, renderer, number, textures):

@@ -283,7 +283,7 @@ class Renderer:
     def _run(self, view, textures) -> dict:
         """Draw all passes of a view and return every texture by name."""
         composed, composite = "host_depth" in textures, self._composite
-        self._view, in_view = view, composite.shows_air(view)
+        self._view, in_view = view, view.air_window is not None
         for name in ("transmittance", "table3d", "table4d", "multiple"):
             if name in self._passes:
                 self._passes[name].draw(self.scene.atmosphere, textures)
@@ -301,9 +301,12 @@ class Renderer:
             self._passes["atmosphere_back_depth"].draw(view, textures)
         # The first sun comes last, so that the textures of widths that remain are its own.
         for place, sun in enumerate(reversed(self.scene.suns)):
-            for name in ("shadow_back_depth", "shadow_front_depth", "widths"):
+            for name in ("shadow_back_depth", "shadow_front_depth"):
                 if name in self._passes:
                     self._passes[name].draw(view, textures, sun)
+            window = view.windows(sun)[0] or (0, 0, 0, 0)
+            if "widths" in self._passes:
+                self._passes["widths"].draw(view, textures, sun, window)
             if "table4d_view" in self._passes and in_view:
                 self._passes["table4d_view"].draw(view, textures, sun)
             if "eclipse_view" in self._passes and in_view:
@@ -311,6 +314,8 @@ class Renderer:
             if "multiple_view" in self._passes and in_view and "multiple_table" in textures:
                 self._passes["multiple_view"].draw(view, textures, sun, RECIPES[self.quality.multiple])
             composite.draw(view, textures, sun, first=place == 0)
+        if window != (0, 0, *self.size):
+            textures.pop("cuts", None)  # it holds a part of the frame
         return textures
 
     @property

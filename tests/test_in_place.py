@@ -8,7 +8,7 @@ import pytest
 
 import shadowatmo as sa
 from shadowatmo.passes import canvas as canvases
-from shadowatmo.passes.adaptive import AdaptiveComposite, windows
+from shadowatmo.passes.adaptive import TILE, AdaptiveComposite
 from shadowatmo.passes.gl.source import compose_source
 from shadowatmo.passes.gl.state import preserve_state
 from shadowatmo.passes.view import View
@@ -18,6 +18,8 @@ from tests.gl_state import HostObjects, difference, snapshot
 
 SIZE = (160, 88)
 QUALITY = sa.Quality(depth="analytic", orders=1, tolerance=0.006)
+EVERY = dataclasses.replace(QUALITY, tolerance=0.0)
+FIELDS = "color", "depth", "lit_width", "shadow_width"
 SECOND = sa.Sun(direction=(0, 1, 0.3), irradiance=(0.2, 0.1, 0.05))
 # Of the frame's brightest: a pixel that lies on a sample of the grid gets 1e-6 of the sample beside it by rounding, and
 # none of it where that tile is not drawn.
@@ -99,6 +101,24 @@ def test_the_same_as_whole_frames(ctx, monkeypatch, scene, name):
             assert not agree(1.00001 * found, truth)
 
 
+@pytest.mark.parametrize("name", MORE)
+def test_every_pixel_of_a_window_alone(ctx, monkeypatch, host, name):
+    """The same without tiles: widths and classes in the window, copies and discs around it."""
+    color, depth, _, _ = host
+    scene = sa.Scene(suns=(SUN, SECOND), surface=sa.Surface(), sun_disc=True)
+
+    def fields(renderer):
+        frames = lambda: renderer.compose(color, depth, MORE[name]), lambda: renderer.render(MORE[name])
+        return [frame().read(field).copy() for frame in frames for field in FIELDS]
+
+    with sa.Renderer(ctx, scene, SIZE, EVERY) as renderer:
+        renderer.render(CAMERAS["400 km, sunset"])
+        found = fields(renderer)
+        monkeypatch.setattr(View, "air_window", property(lambda view: (0, 0, *view.size)))
+        truth = fields(renderer)
+    assert all(np.array_equal(a, b) for a, b in zip(found, truth, strict=True))
+
+
 @pytest.mark.parametrize("name", SOME)
 def test_a_hosts_picture_in_place(ctx, monkeypatch, host, name):
     """What is drawn into the host's texture is what a frame of its own holds, and empty pixels keep every bit."""
@@ -118,7 +138,7 @@ def test_a_hosts_picture_in_place(ctx, monkeypatch, host, name):
     before = pixels[::-1]
     assert np.array_equal(found[..., 3], before[..., 3])
     empty = np.ones(SIZE[::-1], bool)
-    for window in {w for sun in scene.suns for w in windows(view, sun)} - {None}:
+    for window in {w for sun in scene.suns for w in view.windows(sun, TILE)} - {None}:
         left, bottom, right, top = window
         empty[SIZE[1] - top : SIZE[1] - bottom, left:right] = False
     clear = empty | (truth[..., 3] == 0.0) & (truth[..., :3] == before[..., :3]).all(-1)
@@ -144,7 +164,7 @@ def frame_of(color):
     return contents(color)[::-1]
 
 
-@pytest.mark.parametrize("quality", [QUALITY, dataclasses.replace(QUALITY, tolerance=0.0)])
+@pytest.mark.parametrize("quality", [QUALITY, EVERY])
 @pytest.mark.parametrize("dtype", ["f1", "f2"])
 def test_every_format_and_way_keeps_the_hosts_alpha(ctx, rng, quality, dtype):
     """A texture of 8 bits is not blended into, but written by a copy."""
@@ -192,7 +212,7 @@ def test_a_disc_beside_the_air_appears(ctx, host, monkeypatch):
     camera = sa.Camera(position=(-2e7, 0, 0), forward=(1.0, 0.0, 0.0), up=(0, 0, 1), vertical_fov=1.2)
     toward = np.array([1.0, 0.75, 0.0])
     scene = sa.Scene(suns=sa.Sun(direction=toward / np.linalg.norm(toward)), sun_disc=True)
-    window, disc = windows(View(scene, QUALITY, camera, SIZE), scene.suns[0])
+    window, disc = View(scene, QUALITY, camera, SIZE).windows(scene.suns[0], TILE)
     assert window is not None and disc is not None and area(disc) < 100
     with sa.Renderer(ctx, scene, SIZE, QUALITY) as renderer:
         renderer.compose(color, depth, camera, target=target)
@@ -206,7 +226,7 @@ def test_a_disc_beside_the_air_appears(ctx, host, monkeypatch):
         renderer.compose(color, hidden, camera, target=target)
         assert contents(color).tobytes() == pixels.tobytes()
         hidden.release()
-        monkeypatch.setattr("shadowatmo.passes.adaptive.sphere_window", lambda *_: None)
+        monkeypatch.setattr(View, "windows", lambda view, *_: (view.air_window, None))
         assert renderer.render(camera).numpy().max() < 1.0
 
 
