@@ -76,6 +76,7 @@ class AdaptiveComposite(RenderPass):
         cuts = cuts_inputs(view, textures, sun)
         if first and not in_place:
             prepare(self, canvas, window, behind)
+        canvas.mark(window, disc)
         if window is not None:
             if first and in_place:
                 seen = {**without_background(seen), "HAS_IN_PLACE": True}, seen[1], {}
@@ -89,7 +90,6 @@ class AdaptiveComposite(RenderPass):
                 self._draw_classes(seen, air, cuts, class_features, canvas, tiles)
         if disc is not None:
             draw_disc(self, canvas, disc, seen, cuts)
-        canvas.mark(window, disc)
         textures["color"] = canvas.color
 
     def _draw_grid(self, seen, air, cuts, features, tiles):

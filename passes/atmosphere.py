@@ -62,12 +62,12 @@ class AtmosphereComposite(RenderPass):
         inputs = composite_inputs(view, textures, sun, first)
         if first:
             prepare(self, self.canvas, window, inputs[0][2].get("u_background"))
+        self.canvas.mark(window, disc)
         if window is not None:
             with blended(self.ctx, None if first else ADDED), drawing_in(self.canvas.framebuffer, window):
                 self._draw_classes(view, textures, sun, inputs)
         if disc is not None:
             draw_disc(self, self.canvas, disc, inputs[0], cuts_inputs(view, textures, sun))
-        self.canvas.mark(window, disc)
         textures["color"] = self.canvas.color
 
     def _draw_classes(self, view, textures, sun, inputs):

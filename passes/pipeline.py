@@ -178,8 +178,8 @@ class Renderer:
             The one that the host drew with.
         target : moderngl.Framebuffer, optional
             Also draw the composed linear color into it. Its size must be the renderer's. Where its color is `color`
-            itself, the air is blended into what is there: nothing is copied, pixels without air keep their bits and
-            all pixels their alpha.
+            itself, alpha stays the host's, and with a tolerance above 0 the air is blended into what is there: nothing
+            is copied, and pixels without air keep every bit.
 
         Raises
         ------

@@ -67,6 +67,7 @@ class Planet(RenderPass):
             return
         canvas = textures.get("canvas") or self._own_canvas()
         canvas.clear()
+        canvas.mark(view.air_window)
         self.ctx.enable(moderngl.BLEND)  # the light of several suns adds up
         self.ctx.blend_func = moderngl.ONE, moderngl.ONE
         for sun in view.scene.suns:
@@ -77,7 +78,6 @@ class Planet(RenderPass):
             self._draw_fan("planet.frag", view, self.highest_in_view(view), defines, uniforms, samplers)
         self.ctx.disable(moderngl.BLEND)
         self.ctx.blend_func = moderngl.ONE, moderngl.ZERO
-        canvas.mark(view.air_window)
         textures["planet_color"] = canvas.color
 
     def _own_canvas(self):

@@ -119,6 +119,19 @@ def test_every_pixel_of_a_window_alone(ctx, monkeypatch, host, name):
     assert all(np.array_equal(a, b) for a, b in zip(found, truth, strict=True))
 
 
+@pytest.mark.parametrize("name", ["20 000 km, half phase", "half of it outside", "the Moon's distance, 60 degrees"])
+def test_all_orders_moons_rings_and_a_finite_disc(ctx, monkeypatch, name):
+    sun = dataclasses.replace(SUN, direction=(0.2, 1.0, 0.35), disc_at_terminator=True)
+    moon = sa.Occluder(center=tuple(3e8 * np.array(sun.direction) + (1e6, 0, 0)), radius=1.7e6)
+    ring = sa.Ring((0, 0, 0), (0, 0.1, 1), 1.4 * R, 1.6 * R, optical_depth=1.0)
+    scene = sa.Scene(suns=(sun, SECOND), occluders=(moon,), rings=(ring,), surface=sa.Surface(), sun_disc=True)
+    with sa.Renderer(ctx, scene, SIZE, "fast") as renderer:
+        found = renderer.render(ALL[name]).read("color").copy()
+        whole(monkeypatch, renderer)
+        truth = renderer.render(ALL[name]).read("color")
+    assert agree(found, truth) and truth[..., :3].max() > 0.0
+
+
 @pytest.mark.parametrize("name", SOME)
 def test_a_hosts_picture_in_place(ctx, monkeypatch, host, name):
     """What is drawn into the host's texture is what a frame of its own holds, and empty pixels keep every bit."""
