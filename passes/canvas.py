@@ -84,9 +84,15 @@ def has_dual_source(ctx) -> bool:
 def draws_into(ctx, target, color) -> bool:
     """Return whether the whole of a host's framebuffer has a texture as its color, in linear floats."""
     whole = tuple(target.viewport) == (0, 0, *target.size) and target.scissor in (None, (0, 0, *target.size))
-    if target.glo == 0 or not whole:
+    if target.glo == 0 or not whole or not all(color_mask(target)):
         return False
     return attachment(ctx, target.glo) == (GL_TEXTURE, color.glo, 0, GL_FLOAT, GL_LINEAR)
+
+
+def color_mask(target) -> tuple[bool, ...]:
+    """Return which channels of a framebuffer's first color are written."""
+    mask = target.color_mask
+    return tuple(mask[0] if isinstance(mask[0], (tuple, list)) else mask)
 
 
 def shares(ctx, target, color) -> bool:

@@ -12,7 +12,7 @@ from shadowatmo.multiple_recipes import RECIPES
 from shadowatmo.passes.adaptive import AdaptiveComposite
 from shadowatmo.passes.atmosphere import AtmosphereComposite
 from shadowatmo.passes.atmosphere_back_depth import AtmosphereBackDepth
-from shadowatmo.passes.canvas import Canvas, draws_into, has_dual_source, host_canvas, shares
+from shadowatmo.passes.canvas import Canvas, color_mask, draws_into, has_dual_source, host_canvas, shares
 from shadowatmo.passes.cone_depth import ConeDepth
 from shadowatmo.passes.eclipse import Eclipse
 from shadowatmo.passes.eclipse_multiple import EclipseMultiple
@@ -324,7 +324,8 @@ class Renderer:
 
     def _copy(self, texture, framebuffer, keeps_alpha=False):
         framebuffer.use()
-        gl_functions(self.ctx).ColorMask(True, True, True, not keeps_alpha)
+        if keeps_alpha:
+            gl_functions(self.ctx).ColorMask(*color_mask(framebuffer)[:3], False)
         self._composite.fullscreen("copy.frag", {}, {}, {"u_color": texture})
 
     def field(self, name, textures):

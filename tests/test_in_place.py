@@ -215,6 +215,11 @@ def test_what_is_in_place(ctx, host):
         renderer.compose(color, depth, CAMERAS["400 km, day"], target=target)
     changed = np.argwhere((contents(color) != before).any(-1))
     assert changed.min(0).tolist() == [8, 8] and changed.max(0).tolist() == [23, 23]
+    target.viewport, target.color_mask = (0, 0, *SIZE), (True, False, True, True)
+    before = contents(color)
+    with sa.Renderer(ctx, sa.Scene(suns=SUN), SIZE, QUALITY) as renderer:
+        renderer.compose(color, depth, CAMERAS["400 km, day"], target=target)
+    assert (contents(color) != before).any((0, 1)).tolist() == [True, False, True, False]
     second.release()
     other.release()
 
