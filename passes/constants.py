@@ -11,6 +11,7 @@ from shadowatmo.extremes import (
     has_dense_top,
     has_opaque_ozone,
     is_deep,
+    is_small,
     is_thick,
     reach_altitude,
 )
@@ -68,6 +69,7 @@ def medium_defines(atmosphere) -> dict:
         "HAS_CURVED_OZONE": has_ozone(atmosphere) and has_curved_ozone(atmosphere),
         "HAS_NO_AEROSOLS": not any(atmosphere.mie_extinction),
         "HAS_DEEP_SHELL": is_deep(atmosphere),
+        "HAS_SMALL_PLANET": is_small(atmosphere),
         "HAS_THICK_AIR": is_thick(atmosphere),
         "HAS_DENSE_TOP": has_dense_top(atmosphere),
         "HAS_OPAQUE_OZONE": has_ozone(atmosphere) and has_opaque_ozone(atmosphere),

@@ -102,7 +102,11 @@ SinhMap make_map(Ray ray, float near, float far) {
   SinhMap map;
   map.center = clamp(-ray.x - 0.45 * bump * log(1.0 + depth), near, far);
   float slope = (ray.x + lowest) / r;
+#ifdef HAS_SMALL_PLANET
+  float width = scale * inversesqrt(slope * slope + 0.5 * scale / r * (1.0 + scale / r));
+#else
   float width = scale * inversesqrt(slope * slope + 0.5 * scale / r);
+#endif
   map.width = length(vec2(0.9 * width, 0.5 * (map.center - lowest)));
 #ifdef HAS_THICK_AIR
   see_no_farther(ray, near, far, map);

@@ -108,6 +108,11 @@ def needs_more_nodes(atmosphere) -> bool:
     return height * beta > 1.0 or horizon_depth(atmosphere) > RESOLVED
 
 
+def is_small(atmosphere) -> bool:
+    """Whether a ray may pass the ground nearer to the center than the air is deep: density all but has a kink there."""
+    return CLOSED_CURVATURE * dominant_layer(atmosphere)[0] > atmosphere.bottom_radius
+
+
 def has_curved_ozone(atmosphere) -> bool:
     """Whether the tent's sides, straight over the altitude, are not straight over r^2 - R^2."""
     return atmosphere.ozone is not None and atmosphere.bottom_radius < CURVED_OZONE * atmosphere.ozone.half_width

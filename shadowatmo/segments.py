@@ -9,6 +9,7 @@ from shadowatmo.extremes import (
     has_dense_top,
     has_opaque_ozone,
     is_deep,
+    is_small,
     is_thick,
     needs_more_nodes,
     reach_altitude,
@@ -67,7 +68,8 @@ def make_map(atmosphere, ray, near, far) -> SinhMap:
     depth = beta * bump * np.exp(-np.maximum(altitude, 0.0) / scale)
     center = np.clip(-ray.x - 0.45 * bump * np.log1p(depth), near, far)
     slope = (ray.x + lowest) / r
-    width = np.hypot(0.9 * scale / np.sqrt(slope * slope + 0.5 * scale / r), 0.5 * (center - lowest))
+    turn = 0.5 * scale / r * (1.0 + scale / r if is_small(atmosphere) else 1.0)
+    width = np.hypot(0.9 * scale / np.sqrt(slope * slope + turn), 0.5 * (center - lowest))
     if is_thick(atmosphere):
         center, width, far = see_no_farther(atmosphere, ray, near, far, center, width)
     start = np.arcsinh((near - center) / width)

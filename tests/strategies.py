@@ -102,12 +102,13 @@ def cameras(draw, air=sa.EARTH):
 def moons(draw, air):
     """A moon beyond the air; its distance and its size in radii of the air's top, so that most shade some of it."""
     away = np.array(draw(directions()))
-    return sa.Occluder(tuple(air.top_radius * draw(powers(0.2, 2.5)) * away), air.top_radius * draw(powers(-3, 0.1)))
+    radius = min(air.top_radius * draw(powers(-3, 0.1)), MAX_LENGTH)
+    return sa.Occluder(tuple(air.top_radius * draw(powers(0.2, 2.5)) * away), radius)
 
 
 @st.composite
 def rings(draw, air):
-    inner = air.top_radius * draw(powers(0.0, 1.0))
+    inner = min(air.top_radius * draw(powers(0.0, 1.0)), 0.4 * MAX_LENGTH)
     return sa.Ring((0.0, 0.0, 0.0), draw(directions()), inner, inner * (1.0 + draw(powers(-3, 0))), draw(powers(-2, 1)))
 
 

@@ -39,9 +39,9 @@ CASES = {
     "nothing": Case(
         replace(E, rayleigh_scattering=NONE, mie_scattering=NONE, mie_extinction=NONE, ozone=None), light=NO_OZONE
     ),
-    "g = -0.99": Case(replace(E, mie_g=-0.99)),
+    "g = -0.99": Case(replace(E, mie_g=-0.99, ozone=None), light=NO_OZONE),
     "g = 0": Case(replace(E, mie_g=0.0)),
-    "g = 0.99": Case(replace(E, mie_g=0.99)),
+    "g = 0.99": Case(replace(E, mie_g=0.99, ozone=None), light=NO_OZONE),
 }
 
 

@@ -163,7 +163,7 @@ def test_in_and_on_the_shadow_a_little_aside(ctx, place):
 
 @pytest.mark.parametrize("altitude", [2.0, 3e4, 4e5, 3.844e8])
 def test_view_and_sun_almost_parallel(ctx, altitude):
-    """From exactly parallel to 1e-6 aside the light changes as the twin's does, along the sun's light and against it."""
+    """From exactly parallel to 1e-6 aside the light changes as the twin's does, with the sun's light and against it."""
     directions = np.random.default_rng(6).normal(size=(12, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     for sun in directions[:3]:

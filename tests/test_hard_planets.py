@@ -12,6 +12,7 @@ from shadowatmo.extremes import (
     has_dense_top,
     has_opaque_ozone,
     is_deep,
+    is_small,
     is_thick,
 )
 from shadowatmo.segments import nodes_for
@@ -112,8 +113,9 @@ def test_usual_airs_pay_for_nothing():
     """None of the presets asks for what extremes need, and the extremes do."""
     for air in (sa.EARTH, sa.MARS, sa.TITAN, sa.TOY_PLANET, sa.THIN_EARTH, sa.DENSE_EARTH):
         assert closed_form_holds(air) and not is_deep(air) and not is_thick(air) and not has_curved_ozone(air)
-        assert not has_dense_top(air) and not has_opaque_ozone(air)
+        assert not is_small(air) and not has_dense_top(air) and not has_opaque_ozone(air)
     assert not closed_form_holds(resized(10.0)) and not closed_form_holds(shell(6e4, 1e6, 1.2e3))
     assert is_deep(shell(10 * R, 8e3, 1.2e3)) and is_thick(resized(1e9)) and has_curved_ozone(resized(1e4))
-    assert has_opaque_ozone(resized(1e9)) and has_dense_top(replace(E, rayleigh_scattering=times(1e3, NEUTRAL)))
+    assert is_small(resized(10.0)) and has_opaque_ozone(resized(1e9))
+    assert has_dense_top(replace(E, rayleigh_scattering=times(1e3, NEUTRAL)))
     assert nodes_for(sa.EARTH, 8) == 8 and nodes_for(resized(7e7), 8) == 12

@@ -46,7 +46,7 @@ def probe_scene(ctx, scene, origins, rays, cut):
         assert np.array_equal(found.transmittance, free.transmittance)
 
 
-@examples(20)
+@examples(12)
 @given(data=st.data(), cut=st.one_of(st.none(), powers(-3, 3)))
 def test_any_scene_is_finite(ctx, data, cut):
     scene = data.draw(scenes(any_airs()))
@@ -54,7 +54,7 @@ def test_any_scene_is_finite(ctx, data, cut):
     probe_scene(ctx, scene, origins, rays, cut)
 
 
-@examples(8)
+@examples(4)
 @given(data=st.data())
 def test_all_orders_of_likely_airs_are_finite(ctx, data):
     """Light scattered more than once under moons, for any air that could be met."""
@@ -67,7 +67,7 @@ def test_all_orders_of_likely_airs_are_finite(ctx, data):
     assert found.multiple.max() <= 5.0 / np.pi * max(brightest, 1e-30)
 
 
-@examples(8)
+@examples(5)
 @given(data=st.data())
 def test_likely_scenes_are_those_of_the_twin(ctx, data):
     """With moons and a ring before parallel suns, against float64: what is meant, not only that it is finite."""
@@ -83,7 +83,7 @@ def test_likely_scenes_are_those_of_the_twin(ctx, data):
     assert error.max() < 6e-2 and np.percentile(error, 90) < 1e-2
 
 
-@examples(10)
+@examples(6)
 @given(data=st.data(), tolerance=st.sampled_from([0.0, 0.006]), depth=st.sampled_from(["analytic", "textures"]))
 def test_any_frame_is_finite(ctx, data, tolerance, depth):
     scene = data.draw(scenes(any_airs()))
@@ -115,14 +115,14 @@ def host(ctx):
 
 
 @examples(15)
-@given(convention=conventions(), sun=directions(), tiles=st.integers(0, 1), fov=st.floats(0.01, 170.0))
+@given(conventions(), directions(), st.integers(0, 1), st.floats(0.01, 40.0))
 def test_any_host_depth_is_understood(ctx, host, convention, sun, tiles, fov):
-    """Surfaces between the planes, and nothing: the distances are float64's for what the buffer holds."""
+    """Surfaces between the planes, and nothing, before the sky: distances are float64's for what the buffer holds."""
     renderers, color = host
     renderer = renderers[tiles]
     renderer.scene = sa.Scene(suns=sa.Sun(sun))
     camera = sa.Camera(
-        position=(sa.EARTH.bottom_radius + 10.0, 0.0, 0.0), forward=(1.0, 0.2, 0.1),
+        position=(sa.EARTH.bottom_radius + 10.0, 0.0, 0.0), forward=(1.0, 0.01, 0.0),
         vertical_fov=np.radians(fov), depth=convention,
     )  # fmt: skip
     stretch = 1.0 / (camera.pixel_rays(HOST) @ np.array(camera.forward))
