@@ -83,7 +83,7 @@ def test_likely_scenes_are_those_of_the_twin(ctx, data):
     assert error.max() < 6e-2 and np.percentile(error, 90) < 1e-2
 
 
-@examples(6)
+@examples(4)
 @given(data=st.data(), tolerance=st.sampled_from([0.0, 0.006]), depth=st.sampled_from(["analytic", "textures"]))
 def test_any_frame_is_finite(ctx, data, tolerance, depth):
     scene = data.draw(scenes(any_airs()))
