@@ -37,7 +37,7 @@ from shadowatmo.passes.transmittance import TransmittanceTable
 from shadowatmo.passes.view import View
 from shadowatmo.passes.widths import Field, Widths, check_convention
 from shadowatmo.plan import Plan
-from shadowatmo.quality import as_quality
+from shadowatmo.quality import Quality, as_quality
 from shadowatmo.scene import Scene
 from shadowatmo.validation import instance, integer, number
 
@@ -78,7 +78,7 @@ class Renderer:
         self._progress = progress
         self._table_budget = table_budget and number("table_budget", table_budget, low=0, open_low=True, high=1e6)
         self.ctx = ctx
-        self.quality = as_quality(quality)
+        self._quality = as_quality(quality)
         self.size = check_size(ctx, size)
         self.frame_number = 0
         self._passes, self._closed, self._blends = {}, False, has_dual_source(ctx)
@@ -108,6 +108,11 @@ class Renderer:
             self._release("planet")
         with preserve_state(self.ctx):
             self._make_passes()
+
+    @property
+    def quality(self) -> Quality:
+        """Method and effort; another one needs another renderer."""
+        return self._quality
 
     def _make_passes(self):
         depth_format = "d32f" if self.quality.depth_bits == 32 else "d24"
