@@ -233,7 +233,7 @@ class _Solve:
         self.polar = self.texture(harmonics.polar_basis(multiple.polar_nodes(recipe.polar), recipe.degree))
         azimuth = np.linspace(0.0, np.pi, recipe.azimuths)
         self.turns = np.cos(np.outer(azimuth, np.arange(recipe.degree + 1))).ravel()
-        self.all_moments = self.target((self.count, self.rows * recipe.orders))
+        self.all_moments = self.target((self.count * recipe.orders, self.rows))
         self.scaled = self.target((self.count - 1, self.rows))
         self.source = self.target((recipe.polar * (recipe.degree + 1), self.rows))
         cosine = 1.0 - 2.0 * np.linspace(0.0, 1.0, multiple.AUREOLE_TEXELS) ** 2
@@ -258,8 +258,9 @@ class _Solve:
         else:
             defines |= multiple_defines(self.recipe)
             samplers |= multiple_samplers({**self.owner.textures, "aureole_table": self.aureole})
-        edges = np.linspace(0, self.rows, BANDS + 1).astype(int)
-        self._draw("multiple_gather.frag", defines, uniforms, samplers, gathering.radiance, edges[band : band + 2])
+        low, high = (self.rows * i // BANDS for i in (band, band + 1))
+        part = 0, low, gathering.radiance.size[0], high - low
+        self._draw("multiple_gather.frag", defines, uniforms, samplers, gathering.radiance, part)
 
     def moments(self, order):
         """Steps 2 and 3: coefficients of the spherical harmonics."""
@@ -270,17 +271,17 @@ class _Solve:
         self._draw("multiple_fourier.frag", defines, {"u_turns": gathering.turns}, samplers, gathering.fourier)
         samplers = {"u_fourier": gathering.fourier.color[0], "u_basis": gathering.basis}
         defines = {**polar, "MULTIPLE_SUNS": self.recipe.suns, "COEFFICIENTS": self.count}
-        uniforms = {"u_degrees": self.m, "u_first_row": order * self.rows}
-        rows = order * self.rows, (order + 1) * self.rows
-        self._draw("multiple_moments.frag", defines, uniforms, samplers, self.all_moments, rows)
+        uniforms = {"u_degrees": self.m, "u_first_column": order * self.count}
+        part = order * self.count, 0, self.count, self.rows
+        self._draw("multiple_moments.frag", defines, uniforms, samplers, self.all_moments, part)
 
     def resolve(self, order, last):
         """Steps 4 to 6: the table of this order's field, or after the last of the sum over all."""
         recipe = self.recipe
-        defines = {"MULTIPLE_HEIGHTS": recipe.heights, "MULTIPLE_SUNS": recipe.suns}
+        defines = {"MULTIPLE_SUNS": recipe.suns}
         if last:
             defines |= {"HAS_SUM": True, "ORDERS": recipe.orders, "COEFFICIENTS": self.count}
-        uniforms = {} if last else {"u_first_row": order * self.rows}
+        uniforms = {} if last else {"u_first_column": order * self.count}
         field = {"u_moments": self.all_moments.color[0]}
         self._draw("multiple_scale.frag", defines, uniforms, {**field, "u_mixture": self.mixture}, self.scaled)
         for target, coefficient, scale in ((self.owner.level, 0, MEAN), (self.owner.ground, self.count - 1, 1.0)):
@@ -301,8 +302,7 @@ class _Solve:
         while self._resources:
             self._resources.pop().release()
 
-    def _draw(self, fragment, defines, uniforms, samplers, target, rows=None):
-        low, high = (0, target.size[1]) if rows is None else rows
-        target.framebuffer.viewport = (0, int(low), target.size[0], int(high - low))
+    def _draw(self, fragment, defines, uniforms, samplers, target, part=None):
+        target.framebuffer.viewport = part or (0, 0, *target.size)
         target.framebuffer.use()
         self.owner.fullscreen(fragment, defines, uniforms, samplers)
