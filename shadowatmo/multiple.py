@@ -8,8 +8,9 @@ Successive orders of the radiance field L_n(h, mu_s; v), v = direction one looks
 <L, P> goes through real spherical harmonics about the local zenith, azimuth counted from the sun (even in it, so m >= 0
 only): with the moments a_lm of L it is sum lambda_l a_lm Y_lm(v), lambda_l the Legendre coefficients of the phase
 function. Every order's source is resolved into a table over (mu, azimuth; mu_s, altitude) and gathered from there; the
-series ends in a geometric tail. Species share one table: their ratio depends on altitude only. What the forward lobe
-has above the table's degree is summed analytically in the small-angle limit (aureole_source).
+series ends in a geometric tail. Molecules scatter no degree above 2: three coefficients say all that they send anywhere.
+The table over directions is for aerosols alone, and ends where there are hardly any. What the forward lobe has above the
+table's degree is summed analytically in the small-angle limit (aureole_source).
 
 GPU twin: shaders/multiple*.glsl and shaders/multiple_*.frag. Angular units: per steradian, per unit solar irradiance.
 """
@@ -25,7 +26,6 @@ from shadowatmo.harmonics import (
     harmonic_indices,
     phase_moments,
     polar_basis,
-    rayleigh_moments,
 )
 from shadowatmo.medium import densities, extinction, optical_depth, scattering
 from shadowatmo.multiple_recipes import RECIPES
@@ -40,6 +40,9 @@ SUN_WIDTH = 0.06  # of mu_s about the horizon that gets most texels
 HIGHEST_SUN = 0.9999  # mu_s of the last texel: the azimuth from the sun must mean something
 DARK = 1e-30  # floor under logarithms
 FINER = 4  # places of the level and of the ground's irradiance to a cell of the table over the sun
+FINER_HEIGHTS = 2  # places of the level to a cell over the altitude
+FIT = 8  # points to a cell by which lines are fitted
+AEROSOLS_END = 8.0  # scale heights of aerosols that the table's altitudes reach
 AUREOLE_TEXELS = 256
 
 
@@ -78,18 +81,45 @@ def height_of(atmosphere, unit):
     return atmosphere.thickness * unit * unit
 
 
-def azimuth_coordinate(mu, mu_s, nu):
-    """Return the azimuth from the sun over pi, 0..1, of a direction at zenith cosine mu."""
+def highest_layer(atmosphere) -> float:
+    """Return the place 0..1 of the highest altitude of the aerosols' table."""
+    return float(height_coordinate(atmosphere, AEROSOLS_END * atmosphere.mie_scale_height))
+
+
+def layer_step(atmosphere, recipe) -> float:
+    """Return how far the altitudes of the aerosols' table are apart, in steps of the field's."""
+    return highest_layer(atmosphere) * (recipe.heights - 1) / (recipe.layers - 1)
+
+
+def azimuth_cosine(mu, mu_s, nu):
+    """Return the cosine of the azimuth from the sun of a direction at zenith cosine mu."""
     across = np.maximum((1.0 - mu * mu) * (1.0 - mu_s * mu_s), 1e-12)
-    return np.arccos(np.clip((nu - mu * mu_s) / np.sqrt(across), -1.0, 1.0)) / np.pi
+    return np.clip((nu - mu * mu_s) / np.sqrt(across), -1.0, 1.0)
 
 
-def mixed_moments(atmosphere, altitude, degree):
-    """Return lambda_l of the mixture at altitudes (N,), (N, degree + 1, 3 channels), weighted by scattering."""
-    beta = densities(atmosphere, altitude)[..., :2, None] * scattering(atmosphere)
-    share = beta / np.maximum(beta.sum(axis=-2, keepdims=True), DARK)
-    lambdas = np.stack([rayleigh_moments(degree), phase_moments(atmosphere.mie_g, degree)])
-    return np.einsum("nsc,sl->nlc", share, lambdas)
+def azimuth_coordinate(c):
+    """Return the place 0..1 of an azimuth's cosine: the sine of its half, which crowds the nodes before the sun."""
+    return np.sqrt(0.5 - 0.5 * c)
+
+
+def azimuth_fit(count, degree):
+    """Return what the table's azimuths hold of cos(m azimuth), (count, degree + 1)."""
+    return broken_line(count, lambda unit: np.cos(np.outer(2.0 * np.arcsin(unit), np.arange(degree + 1))))
+
+
+def polar_fit(count, degree):
+    """Return what the table's zenith angles, from straight down up, hold of the polar basis (count, coefficients)."""
+    return broken_line(count, lambda unit: polar_basis(-np.cos(np.pi * unit), degree))
+
+
+def broken_line(count, function):
+    """Return the values (count, ...) at places 0..1 whose linear interpolation is closest to a function in the mean square.
+
+    Values of the function itself would leave an error of one sign in every cell, and 2.4 times as much in the mean square.
+    """
+    unit = (np.arange(FIT * (count - 1)) + 0.5) / FIT
+    hats = np.maximum(1.0 - np.abs(unit[:, None] - np.arange(count)), 0.0)
+    return np.linalg.solve(hats.T @ hats, hats.T @ function(unit / (count - 1)))
 
 
 def gather_polar(atmosphere, altitude, above, below):
@@ -270,20 +300,18 @@ def point_paths(atmosphere, altitude, mu, mu_s, nu):
     return ray, -z, np.stack([np.zeros_like(end), dark, np.clip(stop, dark, end), end], axis=1), hits
 
 
-def polar_nodes(count) -> np.ndarray:
-    """Return the table's cosines of the view's zenith angle: even in the angle, smooth straight up and down."""
-    return -np.cos(np.linspace(0.0, np.pi, count))
-
-
 class MultipleTable:
     """The source of a radiance field, for lookups; the field's own order is whatever its moments hold.
 
     Attributes
     ----------
-    values : (heights, suns, polar, azimuths, 3)
-        Source over scattering coefficient and mean radiance.
-    level : (heights, finer suns, 3)
+    values : (layers, suns, polar, azimuths, 3)
+        Source of aerosols over scattering coefficient and mean radiance.
+    level : (finer heights, finer suns, 3)
         Logarithm of the mean radiance [1/sr].
+    molecules : (finer heights, finer suns, 3, 3)
+        What molecules scatter, over coefficient and mean radiance, beyond 1: coefficients of 3/2 mu^2 - 1/2, of
+        mu sin cos(azimuth), and of sin^2 cos(2 azimuth).
     ground : (finer suns, 3)
         Logarithm of the field's irradiance of the ground.
     """
@@ -291,27 +319,37 @@ class MultipleTable:
     def __init__(self, atmosphere, recipe, moments, irradiance):
         self.atmosphere, self.recipe = atmosphere, recipe
         l, m = harmonic_indices(recipe.degree)  # noqa: E741
-        altitude = height_of(atmosphere, np.linspace(0.0, 1.0, recipe.heights))
         mean = np.maximum(moments[:, :, 0] / math.sqrt(4.0 * np.pi), DARK)
-        scaled = moments / mean[:, :, None] * mixed_moments(atmosphere, altitude, recipe.degree)[:, None, l]
-        basis = polar_basis(polar_nodes(recipe.polar), recipe.degree)
-        turns = np.cos(np.outer(np.linspace(0.0, np.pi, recipe.azimuths), np.arange(recipe.degree + 1)))
+        shape = moments / mean[:, :, None]
+        place = np.arange(recipe.layers) * layer_step(atmosphere, recipe)
+        low = np.minimum(place.astype(int), recipe.heights - 2)
+        part = (place - low)[:, None, None, None]
+        scaled = (1.0 - part) * shape[low] + part * shape[low + 1]
+        scaled *= phase_moments(atmosphere.mie_g, recipe.degree)[l, None]
+        basis = polar_fit(recipe.polar, recipe.degree)
+        turns = azimuth_fit(recipe.azimuths, recipe.degree)
         per_m = [scaled[:, :, m == n].transpose(0, 1, 3, 2) @ basis[:, m == n].T for n in range(recipe.degree + 1)]
         # A truncated series may dip below zero beside a sharp peak.
         self.values = np.clip(np.einsum("mhsci,am->hsiac", np.stack(per_m), turns), 0.0, 6e4)
-        self.level = finer_suns(np.log(mean))
+        self.level = finer_heights(finer_suns(np.log(mean)))
+        second = shape[:, :, (l == 2) & (m <= 2)] * (0.1 * np.sqrt(np.array([5.0, 15.0, 3.75]) / (4.0 * np.pi)))[:, None]
+        self.molecules = np.stack([finer_heights(finer_suns(second[:, :, i])) for i in range(3)], axis=2)
         self.ground = finer_suns(np.log(np.maximum(irradiance, DARK)))
 
     def source(self, altitude, mu_s, mu, nu):
         """Return the source [1/m 1/sr] (..., 3) of the next order at points, in directions of zenith cosine mu."""
-        units = [
-            height_coordinate(self.atmosphere, altitude),
-            sun_coordinate(self.atmosphere, mu_s),
-            1.0 - np.arccos(np.clip(mu, -1.0, 1.0)) / np.pi,
-            azimuth_coordinate(mu, mu_s, nu),
-        ]
-        beta = densities(self.atmosphere, altitude)[..., :2] @ scattering(self.atmosphere)
-        return beta * np.exp(interpolate(self.level, units[:2])) * interpolate(self.values, units)
+        height, sun = height_coordinate(self.atmosphere, altitude), sun_coordinate(self.atmosphere, mu_s)
+        c = azimuth_cosine(mu, mu_s, nu)
+        second = [interpolate(self.molecules[:, :, i], [height, sun]) for i in range(3)]
+        s = safe_sqrt(1.0 - mu * mu)
+        functions = 1.5 * mu * mu - 0.5, mu * s * c, s * s * (2.0 * c * c - 1.0)
+        molecules = 1.0 + sum(f[..., None] * q for f, q in zip(functions, second, strict=True))
+        layer = np.minimum(height / highest_layer(self.atmosphere), 1.0)
+        units = [layer, sun, 1.0 - np.arccos(np.clip(mu, -1.0, 1.0)) / np.pi, azimuth_coordinate(c)]
+        aerosols = interpolate(self.values, units)
+        beta = densities(self.atmosphere, altitude)[..., :2, None] * scattering(self.atmosphere)
+        source = beta[..., 0, :] * molecules + beta[..., 1, :] * aerosols
+        return np.exp(interpolate(self.level, [height, sun])) * source
 
     def ground_irradiance(self, mu_s):
         """Return the field's irradiance (..., 3) of the ground per unit solar irradiance."""
@@ -319,7 +357,17 @@ class MultipleTable:
 
 
 def finer_suns(values):
-    """Return logarithms (..., suns, 3) at FINER places to a cell, by monotone cubics, where lines would show as bands.
+    """Return values (..., suns, 3) at FINER places to a cell, by monotone cubics, where lines would show as bands."""
+    return finer(values, FINER)
+
+
+def finer_heights(values):
+    """Return values (heights, suns, 3) at FINER_HEIGHTS places to a cell over the altitude."""
+    return np.swapaxes(finer(np.swapaxes(values, 0, 1), FINER_HEIGHTS), 0, 1)
+
+
+def finer(values, count):
+    """Return values (..., N, 3) at `count` places to each of the N - 1 cells, by monotone cubics.
 
     The slope at a node is the harmonic mean of those beside it (Fritsch and Butland 1984), or 0 at an extremum.
     """
@@ -328,7 +376,7 @@ def finer_suns(values):
     after = np.concatenate([steps, steps[..., -1:, :]], axis=-2)
     product = before * after
     slopes = np.where(product > 0.0, 2.0 * product / np.where(product > 0.0, before + after, 1.0), 0.0)
-    f = (np.arange(FINER) / FINER)[:, None]
+    f = (np.arange(count) / count)[:, None]
     low, high = values[..., :-1, None, :], values[..., 1:, None, :]
     start, end = slopes[..., :-1, None, :], slopes[..., 1:, None, :]
     cubic = low + f * (start + f * (3.0 * (high - low) - 2.0 * start - end + f * (start + end - 2.0 * (high - low))))

@@ -9,7 +9,7 @@ import pytest
 
 import shadowatmo as sa
 from shadowatmo import harmonics, multiple
-from shadowatmo.multiple import Gather, MultipleTable, polar_nodes, scatter_multiple, solve
+from shadowatmo.multiple import Gather, MultipleTable, scatter_multiple, solve
 from shadowatmo.multiple_recipes import RECIPES, Effort, Recipe
 from shadowatmo.passes.constants import medium_defines, medium_uniforms, segment_uniforms, transmittance_defines
 from shadowatmo.passes.gl.shader import bind_textures
@@ -31,7 +31,7 @@ from tests import glsl_runner
 
 FILE = json.loads((Path(__file__).parent / "data" / "cases_public.json").read_text(encoding="utf-8"))
 SHIPPED = ("balanced", "accurate")  # the float64 solves of the finer ones take minutes
-SMALL = Recipe(heights=8, suns=16, polar=8, azimuths=6, degree=4, orders=3)
+SMALL = Recipe(heights=8, suns=16, layers=5, polar=8, azimuths=6, degree=4, orders=3)
 
 
 def preset(name):
@@ -123,7 +123,7 @@ def test_mappings_are_round_trips():
 def test_moments_act_like_the_integral(rng):
     """Source by moments = integral of radiance times phase function, for a radiance of low degree."""
     air = preset("mars")
-    recipe = replace(SMALL, degree=8, polar=9, azimuths=5)
+    recipe = replace(SMALL, degree=8, polar=97, azimuths=49)
     gather = Gather(air, recipe, Effort(12, 12, 16, 1, 1))
     mu = gather.polar[:, None, :, None] + np.zeros(gather.shape)
     across = np.sqrt(1 - mu * mu) * np.cos(gather.azimuth)
@@ -133,16 +133,16 @@ def test_moments_act_like_the_integral(rng):
     nodes, weights = gauss_legendre(40)
     polar, turns = 2 * nodes - 1, 2 * np.pi * (np.arange(80) + 0.5) / 80
     sine = np.sqrt(1 - polar * polar)
-    for i, j in ((0, 1), (4, 2), (8, 4)):
-        view, turn = polar_nodes(9)[i], np.linspace(0, np.pi, 5)[j]
+    mu_s = multiple.sun_height(air, 3 / (recipe.suns - 1))
+    for view, turn in ((-0.99, 0.4), (0.1, 1.5), (0.3, 3.1), (0.97, 2.6)):
         nu = polar[:, None] * view + np.outer(sine * np.sqrt(1 - view * view), np.cos(turns - turn))
         phase = [rayleigh_phase(nu), np.polynomial.legendre.legval(nu, harmonics.band_coefficients(air.mie_g, 8))]
         light = field(polar[:, None], np.outer(sine, np.cos(turns)))
         pair = [np.einsum("i,ia,ia->", 2 * weights, p, light) * 2 * np.pi / 80 for p in phase]
         beta = np.array([air.rayleigh_scattering, air.mie_scattering])
-        expected = pair @ beta / beta.sum(axis=0)
-        got = table.values[0, 3, i, j] * np.exp(table.level[0, 3 * multiple.FINER])
-        assert np.allclose(got, expected, rtol=1e-9)
+        toward = view * mu_s + np.sqrt((1 - view * view) * (1 - mu_s * mu_s)) * np.cos(turn)
+        got = table.source(np.zeros(1), np.full(1, mu_s), np.full(1, view), np.full(1, toward))[0]
+        assert np.allclose(got, pair @ beta, rtol=1e-4)  # lines between 97 x 49 places
     assert np.allclose(np.exp(table.ground), np.pi * 2 + 2 * np.pi / 3 + 2 * np.pi / 5, rtol=1e-6)
 
 
@@ -227,7 +227,7 @@ def test_geometric_tail_sums_a_series():
 
 def unpack(target, recipe):
     """Return an atlas as (heights, suns, polar, azimuths, 3)."""
-    tiles = target.read_color()[..., :3].reshape(recipe.azimuths, recipe.heights, recipe.polar, recipe.suns, 3)
+    tiles = target.read_color()[..., :3].reshape(recipe.azimuths, recipe.layers, recipe.polar, recipe.suns, 3)
     return tiles.transpose(1, 3, 2, 0, 4)
 
 
@@ -261,7 +261,10 @@ def test_shader_solve_agrees_with_twin(ctx, name):
             steps.resolve(order, last)
             table = solve(air, recipe) if last else MultipleTable(air, recipe, *fields[-1])
             assert np.max(np.abs(unpack(passes.table, recipe) - table.values)) < 1e-3
-            assert np.max(np.abs(passes.level.read_color()[..., :3] - table.level)) < 1e-3
+            level = passes.level.read_color().reshape(3, *table.level.shape[:2], 4)
+            assert np.max(np.abs(level[0, ..., :3] - table.level)) < 1e-3
+            assert np.max(np.abs(level[1:, ..., :3].transpose(1, 2, 0, 3) - table.molecules[:, :, :2])) < 1e-4
+            assert np.max(np.abs(level[..., 3].transpose(1, 2, 0) - table.molecules[:, :, 2])) < 1e-4
             assert np.max(np.abs(passes.ground.read_color()[0, :, :3] - table.ground)) < 1e-3
         steps.finish()
     passes.release()
@@ -314,8 +317,9 @@ def test_lookup_agrees_with_twin(ctx, glsl, monkeypatch, rng):
     altitude = air.thickness * rng.uniform(0, 1, count) ** 2
     mu, mu_s = rng.uniform(-1, 1, count), rng.uniform(-0.4, 1, count)
     nu = mu * mu_s + np.sqrt((1 - mu**2) * (1 - mu_s**2)) * np.cos(rng.uniform(0, np.pi, count))
-    code = "out0 = vec4(multiple_source(in0.x, in0.y, in0.z, in0.w), 0.0);"
-    code += "out1 = vec4(aureole_kernel(in0.w), azimuth_coordinate(in0.z, in0.y, in0.w));"
+    code = "vec2 d = densities(in0.x); vec3 r = d.x * u_rayleigh_scattering; vec3 m = d.y * u_mie_scattering;"
+    code += "out0 = vec4(multiple_source(r, m, in0.x, in0.y, in0.z, in0.w), 0.0);"
+    code += "out1 = vec4(aureole_kernel(in0.w), azimuth_coordinate(azimuth_cosine(in0.z, in0.y, in0.w)));"
     uniforms = {**medium_uniforms(air), **multiple_uniforms(air)}
     inputs = [np.stack([altitude, mu_s, mu, nu], axis=1)]
     got, rest = glsl(["multiple.glsl"], code, inputs, uniforms, multiple_defines(SMALL), outputs=2)
@@ -325,7 +329,7 @@ def test_lookup_agrees_with_twin(ctx, glsl, monkeypatch, rng):
     assert np.percentile(np.abs(got[:, :3] / expected - 1), 95) < 3e-4
     kernel = harmonics.aureole_kernel(air.mie_g, SMALL.degree, nu)
     assert np.max(np.abs(rest[:, :3] - kernel)) < 2e-3 * np.abs(kernel).max()  # 256 texels, linear
-    assert np.max(np.abs(rest[:, 3] - multiple.azimuth_coordinate(mu, mu_s, nu))) < 2e-3
+    assert np.max(np.abs(rest[:, 3] - multiple.azimuth_coordinate(multiple.azimuth_cosine(mu, mu_s, nu)))) < 2e-3
     passes.release()
 
 
@@ -338,3 +342,15 @@ def test_solve_runs_once_per_air(ctx, monkeypatch):
             passes.draw(air, textures)
     assert len(runs) == 2 and set(passes.outputs) <= set(textures)
     passes.release()
+
+
+def test_broken_lines_fit_better_than_values():
+    """The table's lines are fitted: a third of the error of lines through the function, and none for a line."""
+    unit = (np.arange(2000) + 0.5) / 2000
+    wave = lambda u: np.cos(6 * u)[:, None]  # noqa: E731
+    exact = wave(np.linspace(0, 1, 12))
+    errors = [multiple.interpolate(v, [unit]) - wave(unit) for v in (multiple.broken_line(12, wave), exact)]
+    fitted, through = (np.sqrt(np.mean(e**2)) for e in errors)
+    assert fitted < 0.45 * through and abs(np.mean(errors[0][:, 0] * np.sign(wave(unit)[:, 0]))) < 0.1 * fitted
+    line = multiple.broken_line(5, lambda u: (2 * u - 1)[:, None])
+    assert np.allclose(line[:, 0], np.linspace(-1, 1, 5))
