@@ -5,13 +5,12 @@ the table of the one before; its moments are kept, and their sum with a geometri
 of every linear step come from the twin in float64.
 """
 
-import math
 from functools import lru_cache
 from importlib.resources import files
 
 import numpy as np
 
-from shadowatmo import harmonics, multiple
+from shadowatmo import harmonics, multiple, multiple_axes
 from shadowatmo.cache import TableCache
 from shadowatmo.multiple_recipes import RECIPES
 from shadowatmo.passes.base import RenderPass
@@ -37,22 +36,22 @@ SHADERS = ("ray.glsl", "shadow.glsl", "medium.glsl", "phase.glsl", "transmittanc
         "_level.frag", "_mix.frag", "_resolve.frag",
     )
 )  # fmt: skip
-TWINS = ("harmonics.py", "multiple.py", "extremes.py")
+TWINS = ("harmonics.py", "multiple.py", "multiple_axes.py", "extremes.py")
 LEVEL_PARTS = 3  # of the level's texture, one over the other
 BANDS = 4  # draws that a gather is cut into
 
 
 def multiple_defines(recipe) -> dict:
     """Return the defines of multiple.glsl for the lookup of a recipe's table."""
-    texels = {"MULTIPLE_FINER": multiple.FINER, "AUREOLE_TEXELS": multiple.AUREOLE_TEXELS}
-    return {"HAS_MULTIPLE": True, **_sizes(recipe), **texels, "MULTIPLE_FINER_HEIGHTS": multiple.FINER_HEIGHTS}
+    texels = {"MULTIPLE_FINER": multiple_axes.FINER, "AUREOLE_TEXELS": multiple.AUREOLE_TEXELS}
+    return {"HAS_MULTIPLE": True, **_sizes(recipe), **texels, "MULTIPLE_FINER_HEIGHTS": multiple_axes.FINER_HEIGHTS}
 
 
 def multiple_uniforms(atmosphere) -> dict:
     """Return the uniforms that multiple.glsl adds to those of the medium."""
-    low, high = multiple.sun_range(atmosphere)
-    mapping = {"u_sun_mapping": (multiple.SUN_WIDTH, low, high - low)}
-    return {**mapping, "u_highest_layer": multiple.highest_layer(atmosphere)}
+    low, high = multiple_axes.sun_range(atmosphere)
+    mapping = {"u_sun_mapping": (multiple_axes.SUN_WIDTH, low, high - low)}
+    return {**mapping, "u_highest_layer": multiple_axes.highest_layer(atmosphere)}
 
 
 def multiple_samplers(textures) -> dict:
@@ -94,8 +93,8 @@ class MultipleScattering(RenderPass):
     def __init__(self, ctx, recipe=RECIPES["balanced"], table_format="rgba16f"):
         super().__init__(ctx, (recipe.suns * recipe.polar, recipe.layers * recipe.azimuths))
         self.recipe = recipe
-        finer = multiple.FINER * (recipe.suns - 1) + 1
-        rows = multiple.FINER_HEIGHTS * (recipe.heights - 1) + 1
+        finer = multiple_axes.FINER * (recipe.suns - 1) + 1
+        rows = multiple_axes.FINER_HEIGHTS * (recipe.heights - 1) + 1
         sizes = (self.size, (finer, LEVEL_PARTS * rows), (finer, 1))
         formats = (table_format, "rgba32f", "rgba32f")
         self.table, self.level, self.ground = (
@@ -183,7 +182,7 @@ class _Gathering:
     def __init__(self, solve, effort):
         recipe, atmosphere = solve.recipe, solve.atmosphere
         self.effort = effort
-        altitude = multiple.height_of(atmosphere, np.linspace(0.0, 1.0, recipe.heights))
+        altitude = multiple_axes.height_of(atmosphere, np.linspace(0.0, 1.0, recipe.heights))
         mu, weights = multiple.gather_polar(atmosphere, altitude, effort.above, effort.below)
         basis = harmonics.polar_basis(mu, recipe.degree)
         up = np.maximum(mu, 0.0)[..., None]
@@ -231,8 +230,8 @@ class _Solve:
         first = _Gathering(self, recipe.first)
         self.gatherings = first, first if recipe.later == recipe.first else _Gathering(self, recipe.later)
         self.phases = self.texture(harmonics.phase_moments(atmosphere.mie_g, recipe.degree)[None, self.l])
-        self.polar = self.texture(multiple.polar_fit(recipe.polar, recipe.degree))
-        self.turns = multiple.azimuth_fit(recipe.azimuths, recipe.degree).ravel()
+        self.polar = self.texture(multiple_axes.polar_fit(recipe.polar, recipe.degree))
+        self.turns = multiple_axes.azimuth_fit(recipe.azimuths, recipe.degree).ravel()
         self.all_moments = self.target((self.count * recipe.orders, self.rows))
         table_rows = recipe.layers * recipe.suns
         self.scaled = self.target((self.count - 1, table_rows))
@@ -285,10 +284,10 @@ class _Solve:
         uniforms = {} if last else {"u_first_column": order * self.count}
         field = {"u_moments": self.all_moments.color[0]}
         defines |= {"MULTIPLE_HEIGHTS": recipe.heights, "COEFFICIENTS": self.count}
-        step = {"u_layer_step": multiple.layer_step(self.atmosphere, recipe)}
+        step = {"u_layer_step": multiple_axes.layer_step(self.atmosphere, recipe)}
         samplers = {**field, "u_phase_moments": self.phases}
         self._draw("multiple_scale.frag", defines, {**uniforms, **step}, samplers, self.scaled)
-        defines |= {"MULTIPLE_FINER": multiple.FINER, "MULTIPLE_FINER_HEIGHTS": multiple.FINER_HEIGHTS}
+        defines |= {"MULTIPLE_FINER": multiple_axes.FINER, "MULTIPLE_FINER_HEIGHTS": multiple_axes.FINER_HEIGHTS}
         defines["DEGREE"] = recipe.degree
         self._draw("multiple_level.frag", defines, uniforms, field, self.owner.level)
         self._draw("multiple_level.frag", {**defines, "HAS_GROUND": True}, uniforms, field, self.owner.ground)

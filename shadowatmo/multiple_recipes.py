@@ -60,8 +60,8 @@ class Recipe:
     orders: int = 5
 
 
-# The first two fit into 2 MB. Where the sun is low, light comes from a narrow band over the horizon: the first gather wants
-# zenith angles above it, and nodes in the dark part of a ray later on. A view with the sun in it wants the degree.
+# The first two fit into 2 MB. Where the sun is low, light comes from a narrow band over the horizon: the first gather
+# wants zenith angles above it, and later ones nodes in the dark part of a ray. A view with the sun in it wants the degree.
 RECIPES = {
     "balanced": Recipe(
         heights=17,
