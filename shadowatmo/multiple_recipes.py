@@ -61,7 +61,7 @@ class Recipe:
 
 
 # The first two fit into 2 MB. Where the sun is low, light comes from a narrow band over the horizon: the first gather
-# wants zenith angles above it, and later ones nodes in the dark part of a ray. A view with the sun in it wants the degree.
+# wants zenith angles above it, and later ones nodes in the dark part of a ray. A view with the sun in it wants degrees.
 RECIPES = {
     "balanced": Recipe(
         heights=17,
