@@ -5,13 +5,12 @@ the table of the one before; its moments are kept, and their sum with a geometri
 of every linear step come from the twin in float64.
 """
 
-import math
 from functools import lru_cache
 from importlib.resources import files
 
 import numpy as np
 
-from shadowatmo import harmonics, multiple
+from shadowatmo import harmonics, multiple, multiple_axes
 from shadowatmo.cache import TableCache
 from shadowatmo.multiple_recipes import RECIPES
 from shadowatmo.passes.base import RenderPass
@@ -37,21 +36,22 @@ SHADERS = ("ray.glsl", "shadow.glsl", "medium.glsl", "phase.glsl", "transmittanc
         "_level.frag", "_mix.frag", "_resolve.frag",
     )
 )  # fmt: skip
-TWINS = ("harmonics.py", "multiple.py", "extremes.py")
-MEAN = 1.0 / math.sqrt(4.0 * math.pi)  # mean radiance of the zeroth harmonic
+TWINS = ("harmonics.py", "multiple.py", "multiple_axes.py", "extremes.py")
+LEVEL_PARTS = 3  # of the level's texture, one over the other
 BANDS = 4  # draws that a gather is cut into
 
 
 def multiple_defines(recipe) -> dict:
     """Return the defines of multiple.glsl for the lookup of a recipe's table."""
-    texels = {"MULTIPLE_FINER": multiple.FINER, "AUREOLE_TEXELS": multiple.AUREOLE_TEXELS}
-    return {"HAS_MULTIPLE": True, **_sizes(recipe), **texels}
+    texels = {"MULTIPLE_FINER": multiple_axes.FINER, "AUREOLE_TEXELS": multiple.AUREOLE_TEXELS}
+    return {"HAS_MULTIPLE": True, **_sizes(recipe), **texels, "MULTIPLE_FINER_HEIGHTS": multiple_axes.FINER_HEIGHTS}
 
 
 def multiple_uniforms(atmosphere) -> dict:
     """Return the uniforms that multiple.glsl adds to those of the medium."""
-    low, high = multiple.sun_range(atmosphere)
-    return {"u_sun_mapping": (multiple.SUN_WIDTH, low, high - low)}
+    low, high = multiple_axes.sun_range(atmosphere)
+    mapping = {"u_sun_mapping": (multiple_axes.SUN_WIDTH, low, high - low)}
+    return {**mapping, "u_highest_layer": multiple_axes.highest_layer(atmosphere)}
 
 
 def multiple_samplers(textures) -> dict:
@@ -71,8 +71,8 @@ def _gap_values(gap_nodes):
 
 
 def _sizes(recipe):
-    names = {"HEIGHTS": recipe.heights, "SUNS": recipe.suns, "POLAR": recipe.polar, "AZIMUTHS": recipe.azimuths}
-    return {f"MULTIPLE_{name}": value for name, value in names.items()}
+    names = ("heights", "suns", "layers", "polar", "azimuths")
+    return {f"MULTIPLE_{name.upper()}": getattr(recipe, name) for name in names}
 
 
 class MultipleScattering(RenderPass):
@@ -91,10 +91,11 @@ class MultipleScattering(RenderPass):
     outputs = OUTPUTS
 
     def __init__(self, ctx, recipe=RECIPES["balanced"], table_format="rgba16f"):
-        super().__init__(ctx, (recipe.suns * recipe.polar, recipe.heights * recipe.azimuths))
+        super().__init__(ctx, (recipe.suns * recipe.polar, recipe.layers * recipe.azimuths))
         self.recipe = recipe
-        finer = multiple.FINER * (recipe.suns - 1) + 1
-        sizes = (self.size, (finer, recipe.heights), (finer, 1))
+        finer = multiple_axes.FINER * (recipe.suns - 1) + 1
+        rows = multiple_axes.FINER_HEIGHTS * (recipe.heights - 1) + 1
+        sizes = (self.size, (finer, LEVEL_PARTS * rows), (finer, 1))
         formats = (table_format, "rgba32f", "rgba32f")
         self.table, self.level, self.ground = (
             self.own(Target(ctx, size, color=(form,))) for size, form in zip(sizes, formats, strict=True)
@@ -181,7 +182,7 @@ class _Gathering:
     def __init__(self, solve, effort):
         recipe, atmosphere = solve.recipe, solve.atmosphere
         self.effort = effort
-        altitude = multiple.height_of(atmosphere, np.linspace(0.0, 1.0, recipe.heights))
+        altitude = multiple_axes.height_of(atmosphere, np.linspace(0.0, 1.0, recipe.heights))
         mu, weights = multiple.gather_polar(atmosphere, altitude, effort.above, effort.below)
         basis = harmonics.polar_basis(mu, recipe.degree)
         up = np.maximum(mu, 0.0)[..., None]
@@ -228,14 +229,13 @@ class _Solve:
         recipe, atmosphere = self.recipe, self.atmosphere
         first = _Gathering(self, recipe.first)
         self.gatherings = first, first if recipe.later == recipe.first else _Gathering(self, recipe.later)
-        altitude = multiple.height_of(atmosphere, np.linspace(0.0, 1.0, recipe.heights))
-        self.mixture = self.texture(multiple.mixed_moments(atmosphere, altitude, recipe.degree)[:, self.l])
-        self.polar = self.texture(harmonics.polar_basis(multiple.polar_nodes(recipe.polar), recipe.degree))
-        azimuth = np.linspace(0.0, np.pi, recipe.azimuths)
-        self.turns = np.cos(np.outer(azimuth, np.arange(recipe.degree + 1))).ravel()
-        self.all_moments = self.target((self.count, self.rows * recipe.orders))
-        self.scaled = self.target((self.count - 1, self.rows))
-        self.source = self.target((recipe.polar * (recipe.degree + 1), self.rows))
+        self.phases = self.texture(harmonics.phase_moments(atmosphere.mie_g, recipe.degree)[None, self.l])
+        self.polar = self.texture(multiple_axes.polar_fit(recipe.polar, recipe.degree))
+        self.turns = multiple_axes.azimuth_fit(recipe.azimuths, recipe.degree).ravel()
+        self.all_moments = self.target((self.count * recipe.orders, self.rows))
+        table_rows = recipe.layers * recipe.suns
+        self.scaled = self.target((self.count - 1, table_rows))
+        self.source = self.target((recipe.polar * (recipe.degree + 1), table_rows))
         cosine = 1.0 - 2.0 * np.linspace(0.0, 1.0, multiple.AUREOLE_TEXELS) ** 2
         kernel = harmonics.aureole_kernel(atmosphere.mie_g, recipe.degree, cosine)
         self.aureole = aureole_texture(self.ctx, np.pad(kernel, ((0, 0), (0, 1)))[None])
@@ -258,8 +258,9 @@ class _Solve:
         else:
             defines |= multiple_defines(self.recipe)
             samplers |= multiple_samplers({**self.owner.textures, "aureole_table": self.aureole})
-        edges = np.linspace(0, self.rows, BANDS + 1).astype(int)
-        self._draw("multiple_gather.frag", defines, uniforms, samplers, gathering.radiance, edges[band : band + 2])
+        low, high = (self.rows * i // BANDS for i in (band, band + 1))
+        part = 0, low, gathering.radiance.size[0], high - low
+        self._draw("multiple_gather.frag", defines, uniforms, samplers, gathering.radiance, part)
 
     def moments(self, order):
         """Steps 2 and 3: coefficients of the spherical harmonics."""
@@ -270,27 +271,30 @@ class _Solve:
         self._draw("multiple_fourier.frag", defines, {"u_turns": gathering.turns}, samplers, gathering.fourier)
         samplers = {"u_fourier": gathering.fourier.color[0], "u_basis": gathering.basis}
         defines = {**polar, "MULTIPLE_SUNS": self.recipe.suns, "COEFFICIENTS": self.count}
-        uniforms = {"u_degrees": self.m, "u_first_row": order * self.rows}
-        rows = order * self.rows, (order + 1) * self.rows
-        self._draw("multiple_moments.frag", defines, uniforms, samplers, self.all_moments, rows)
+        uniforms = {"u_degrees": self.m, "u_first_column": order * self.count}
+        part = order * self.count, 0, self.count, self.rows
+        self._draw("multiple_moments.frag", defines, uniforms, samplers, self.all_moments, part)
 
     def resolve(self, order, last):
         """Steps 4 to 6: the table of this order's field, or after the last of the sum over all."""
         recipe = self.recipe
-        defines = {"MULTIPLE_HEIGHTS": recipe.heights, "MULTIPLE_SUNS": recipe.suns}
+        defines = {"MULTIPLE_SUNS": recipe.suns}
         if last:
-            defines |= {"HAS_SUM": True, "ORDERS": recipe.orders, "COEFFICIENTS": self.count}
-        uniforms = {} if last else {"u_first_row": order * self.rows}
+            defines |= {"HAS_SUM": True, "ORDERS": recipe.orders}
+        uniforms = {} if last else {"u_first_column": order * self.count}
         field = {"u_moments": self.all_moments.color[0]}
-        self._draw("multiple_scale.frag", defines, uniforms, {**field, "u_mixture": self.mixture}, self.scaled)
-        for target, coefficient, scale in ((self.owner.level, 0, MEAN), (self.owner.ground, self.count - 1, 1.0)):
-            chosen = {"u_coefficient": coefficient, "u_scale": scale}
-            finer = {**defines, "MULTIPLE_FINER": multiple.FINER}
-            self._draw("multiple_level.frag", finer, {**uniforms, **chosen}, field, target)
+        defines |= {"MULTIPLE_HEIGHTS": recipe.heights, "COEFFICIENTS": self.count}
+        step = {"u_layer_step": multiple_axes.layer_step(self.atmosphere, recipe)}
+        samplers = {**field, "u_phase_moments": self.phases}
+        self._draw("multiple_scale.frag", defines, {**uniforms, **step}, samplers, self.scaled)
+        defines |= {"MULTIPLE_FINER": multiple_axes.FINER, "MULTIPLE_FINER_HEIGHTS": multiple_axes.FINER_HEIGHTS}
+        defines["DEGREE"] = recipe.degree
+        self._draw("multiple_level.frag", defines, uniforms, field, self.owner.level)
+        self._draw("multiple_level.frag", {**defines, "HAS_GROUND": True}, uniforms, field, self.owner.ground)
         defines = {"MULTIPLE_POLAR": recipe.polar, "DEGREE": recipe.degree}
         samplers = {"u_scaled": self.scaled.color[0], "u_polar": self.polar}
         self._draw("multiple_mix.frag", defines, {}, samplers, self.source)
-        defines |= {"MULTIPLE_HEIGHTS": recipe.heights, "MULTIPLE_SUNS": recipe.suns, "TURN_COUNT": len(self.turns)}
+        defines |= {"MULTIPLE_LAYERS": recipe.layers, "MULTIPLE_SUNS": recipe.suns, "TURN_COUNT": len(self.turns)}
         samplers = {"u_source": self.source.color[0]}
         self._draw("multiple_resolve.frag", defines, {"u_turns": self.turns}, samplers, self.owner.table)
 
@@ -301,8 +305,7 @@ class _Solve:
         while self._resources:
             self._resources.pop().release()
 
-    def _draw(self, fragment, defines, uniforms, samplers, target, rows=None):
-        low, high = (0, target.size[1]) if rows is None else rows
-        target.framebuffer.viewport = (0, int(low), target.size[0], int(high - low))
+    def _draw(self, fragment, defines, uniforms, samplers, target, part=None):
+        target.framebuffer.viewport = part or (0, 0, *target.size)
         target.framebuffer.use()
         self.owner.fullscreen(fragment, defines, uniforms, samplers)

@@ -1,15 +1,18 @@
 // Lookup of multiple scattering: the source of all orders from the second on, and skylight on the ground.
 //
-// The table is an atlas: a tile for each view direction (mu across, azimuth from the sun up), inside a tile mu_s across and
-// altitude up, so that a lookup is four bilinear fetches. It holds the source over scattering coefficient and mean
-// radiance; the logarithm of the mean radiance is apart, because it spans ten decades where the source's shape does not.
-// What the forward lobe has above the table's degree is analytic, see aureole_source. Twin: shadowatmo/multiple.py.
+// What molecules scatter has degree 2 in the view's direction: the logarithm of the mean radiance and three coefficients
+// over it, at many places over sun and altitude, three bilinear fetches. What aerosols scatter is an atlas: a tile for each
+// view direction (mu across, azimuth from the sun up), inside a tile mu_s across and altitude up, as far as there are
+// aerosols, four bilinear fetches. It holds the source over scattering coefficient and mean radiance, because the mean
+// spans ten decades where the source's shape does not. What the forward lobe has above the table's degree is analytic, see
+// aureole_source. Twin: shadowatmo/multiple.py.
 
 #include "medium.glsl"
 #include "phase.glsl"
 #include "ray.glsl"
 
-uniform vec3 u_sun_mapping;  // width about the horizon, arcsinh of the elevation over it at the low end, its span
+uniform vec3 u_sun_mapping;    // width about the horizon, arcsinh of the elevation over it at the low end, its span
+uniform float u_highest_layer;  // place of the atlas's last altitude among all
 
 // Places 0..1 along the table's axes, and their inverses. The sun's goes by a stand-in for its elevation that is mu_s about
 // the horizon and uniform in the angle about the zenith.
@@ -32,10 +35,11 @@ float angle_over_pi(float c) {
   float angle = sqrt(1.0 - a) * (0.5 - a * (0.0675181 - a * (0.0236380 - a * 0.0059617)));
   return c < 0.0 ? 1.0 - angle : angle;
 }
-float azimuth_coordinate(float mu, float mu_s, float nu) {
+float azimuth_cosine(float mu, float mu_s, float nu) {
   float across = max((1.0 - mu * mu) * (1.0 - mu_s * mu_s), 1.0e-12);
-  return angle_over_pi(clamp((nu - mu * mu_s) * inversesqrt(across), -1.0, 1.0));
+  return clamp((nu - mu * mu_s) * inversesqrt(across), -1.0, 1.0);
 }
+float azimuth_coordinate(float c) { return sqrt(0.5 - 0.5 * c); }  // sine of half the azimuth: dense before the sun
 
 #ifdef HAS_MULTIPLE
 uniform sampler2D u_multiple_table;
@@ -43,44 +47,47 @@ uniform sampler2D u_multiple_level;
 uniform sampler2D u_ground_irradiance;
 uniform sampler2D u_aureole_table;
 
-const vec2 TILE = vec2(float(MULTIPLE_SUNS), float(MULTIPLE_HEIGHTS));
-const float LEVEL_SUNS = float(MULTIPLE_FINER * (MULTIPLE_SUNS - 1) + 1);
+const vec2 TILE = vec2(float(MULTIPLE_SUNS), float(MULTIPLE_LAYERS));
+const vec2 LEVEL = vec2(MULTIPLE_FINER * (MULTIPLE_SUNS - 1) + 1, MULTIPLE_FINER_HEIGHTS * (MULTIPLE_HEIGHTS - 1) + 1);
+const float LEVEL_PARTS = 3.0;  // the logarithm of the mean, coefficients for m = 0 and 1; those for 2 in the alphas
 const vec2 TILES = vec2(float(MULTIPLE_POLAR), float(MULTIPLE_AZIMUTHS));
 
-// Source over scattering coefficient [1/sr]: the mean of radiance over directions, weighted by the mixture's phase function.
-vec3 multiple_radiance(float altitude, float mu_s, float mu, float nu) {
+vec4 level_part(vec2 unit, float part) {
+  return texture(u_multiple_level, vec2(0.0, part / LEVEL_PARTS) + (0.5 + unit * (LEVEL - 1.0)) / (LEVEL * vec2(1.0, LEVEL_PARTS)));
+}
+
+// Source [1/sr times the unit of the coefficients] of the scattering coefficients of molecules and aerosols.
+vec3 multiple_source(vec3 rayleigh, vec3 mie, float altitude, float mu_s, float mu, float nu) {
   // between the centers of the first and last texel, so that no tile reaches into the next
-  float sun = sun_coordinate(mu_s);
-  vec2 inside = 0.5 + vec2(sun, height_coordinate(altitude)) * (TILE - 1.0);
-  vec2 place = vec2(1.0 - angle_over_pi(clamp(mu, -1.0, 1.0)), azimuth_coordinate(mu, mu_s, nu)) * (TILES - 1.0);
+  vec2 unit = vec2(sun_coordinate(mu_s), height_coordinate(altitude));
+  vec4 level = level_part(unit, 0.0);
+  vec4 first = level_part(unit, 1.0);
+  vec4 second = level_part(unit, 2.0);
+  float c = azimuth_cosine(mu, mu_s, nu);
+  float s = safe_sqrt(1.0 - mu * mu);
+  vec3 molecules = 1.0 + (1.5 * mu * mu - 0.5) * first.rgb + mu * s * c * second.rgb;
+  molecules += s * s * (2.0 * c * c - 1.0) * vec3(level.a, first.a, second.a);
+
+  vec2 inside = 0.5 + vec2(unit.x, min(unit.y / u_highest_layer, 1.0)) * (TILE - 1.0);
+  vec2 place = vec2(1.0 - angle_over_pi(clamp(mu, -1.0, 1.0)), azimuth_coordinate(c)) * (TILES - 1.0);
   vec2 cell = min(floor(place), TILES - 2.0);
   vec2 part = place - cell;
   vec2 corner = (cell * TILE + inside) / (TILE * TILES);
   vec2 next = 1.0 / TILES;
   vec3 low = mix(texture(u_multiple_table, corner).rgb, texture(u_multiple_table, corner + vec2(next.x, 0.0)).rgb, part.x);
   vec3 high = mix(texture(u_multiple_table, corner + vec2(0.0, next.y)).rgb, texture(u_multiple_table, corner + next).rgb, part.x);
-  vec2 level = vec2((0.5 + sun * (LEVEL_SUNS - 1.0)) / LEVEL_SUNS, inside.y / TILE.y);
-  return exp(texture(u_multiple_level, level).rgb) * mix(low, high, part.y);
+  return exp(level.rgb) * (rayleigh * molecules + mie * mix(low, high, part.y));
 }
 
 // The mean radiance [1/sr] over directions that goes with it.
 vec3 multiple_mean(float altitude, float mu_s) {
-  vec2 unit = vec2(sun_coordinate(mu_s), height_coordinate(altitude));
-  vec2 size = vec2(LEVEL_SUNS, TILE.y);
-  return exp(texture(u_multiple_level, (0.5 + unit * (size - 1.0)) / size).rgb);
-}
-
-// The source [1/m 1/sr] itself.
-vec3 multiple_source(float altitude, float mu_s, float mu, float nu) {
-  vec2 density = densities(altitude);
-  vec3 scattering = density.x * u_rayleigh_scattering + density.y * u_mie_scattering;
-  return scattering * multiple_radiance(altitude, mu_s, mu, nu);
+  return exp(level_part(vec2(sun_coordinate(mu_s), height_coordinate(altitude)), 0.0).rgb);
 }
 
 // Irradiance of the ground by the sky, all orders from the first on, per unit solar irradiance.
 vec3 ground_irradiance(float mu_s) {
-  float texel = 0.5 + sun_coordinate(mu_s) * (LEVEL_SUNS - 1.0);
-  return exp(texture(u_ground_irradiance, vec2(texel / LEVEL_SUNS, 0.5)).rgb);
+  float texel = 0.5 + sun_coordinate(mu_s) * (LEVEL.x - 1.0);
+  return exp(texture(u_ground_irradiance, vec2(texel / LEVEL.x, 0.5)).rgb);
 }
 
 // The three sums over the forward lobe's high degrees, once per ray: nu is constant along it.

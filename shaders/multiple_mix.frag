@@ -2,7 +2,7 @@
 // Solve, step 5: the source's Fourier coefficients at the table's zenith angles. Across: m, inside it the zenith angle.
 
 uniform sampler2D u_scaled;
-uniform sampler2D u_polar;  // polar functions; across: the coefficient, up: the zenith angle
+uniform sampler2D u_polar;  // lines fitted to the polar functions; across: the coefficient, up: the zenith angle
 
 out vec4 out_source;
 

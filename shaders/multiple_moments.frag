@@ -4,12 +4,12 @@
 uniform sampler2D u_fourier;
 uniform sampler2D u_basis;  // weight times polar function; across: the coefficient, up: altitude, inside it the zenith angle
 uniform int u_degrees[COEFFICIENTS];  // m of the coefficient
-uniform int u_first_row;
+uniform int u_first_column;
 
 out vec4 out_moment;
 
 void main() {
-  ivec2 texel = ivec2(gl_FragCoord.xy) - ivec2(0, u_first_row);
+  ivec2 texel = ivec2(gl_FragCoord.xy) - ivec2(u_first_column, 0);
   int column = u_degrees[texel.x] * POLAR_COUNT;
   int row = texel.y / MULTIPLE_SUNS * POLAR_COUNT;
   vec3 sum = vec3(0.0);

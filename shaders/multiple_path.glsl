@@ -29,8 +29,8 @@ vec3 gain(vec3 taken, vec3 lost) { return min(vec3(1.0), max(taken, 0.0) / max(l
 vec3 node_source(Ray ray, vec2 sun, float t, vec2 step) {
   float altitude = altitude_of(k_along(ray, t));
   float r = u_bottom_radius + altitude;
-  vec3 scattering = step.x * u_rayleigh_scattering + step.y * u_mie_scattering;
-  return scattering * multiple_radiance(altitude, (sun.x + sun.y * t) / r, (ray.x + t) / r, sun.y);
+  vec2 cosines = vec2(sun.x + sun.y * t, ray.x + t) / r;
+  return multiple_source(step.x * u_rayleigh_scattering, step.y * u_mie_scattering, altitude, cosines.x, cosines.y, sun.y);
 }
 
 void gather_lit(Ray ray, vec2 sun, float near, float far, vec3 kernel, inout Gathered sum) {

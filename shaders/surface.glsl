@@ -51,7 +51,8 @@ vec3 mirrored(vec3 up, vec3 to_eye, vec3 sun, vec3 level_light, vec3 left) {
   vec3 light = fresnel(mu) * mirror.radiance;
 #ifdef HAS_MULTIPLE
   // All further orders by the source at the water: near the ground it changes slowly along a path.
-  vec3 source = multiple_radiance(0.0, mu_s, above, dot(reflected, sun));
+  vec3 source = multiple_source(u_rayleigh_scattering, u_mie_scattering, 0.0, mu_s, above, dot(reflected, sun));
+  source /= max(u_rayleigh_scattering + u_mie_scattering, 1.0e-30);
   light += fresnel(mu) * left * source * (1.0 - mirror.transmittance);
 #endif
   return light + level_light * glint(mu, max(mu_s, 0.01), dot(to_eye, sun));

@@ -11,7 +11,8 @@ from shadowatmo.eclipse import visible_fraction
 from shadowatmo.eclipse_multiple import RatioGrid, azimuth_harmonics, shade, zenith_harmonics
 from shadowatmo.harmonics import band_coefficients, harmonic_indices, phase_moments, rayleigh_moments
 from shadowatmo.medium import extinction, scattering
-from shadowatmo.multiple import height_coordinate, interpolate, path_pieces, point_paths, sun_coordinate
+from shadowatmo.multiple import path_pieces, point_paths
+from shadowatmo.multiple_axes import height_coordinate, interpolate, sun_coordinate
 from shadowatmo.phase import rayleigh_phase
 from shadowatmo.transmittance import columns_to_top
 

@@ -31,7 +31,8 @@ import numpy as np
 
 from shadowatmo.eclipse import visible_fraction
 from shadowatmo.harmonics import harmonic_indices, polar_basis
-from shadowatmo.multiple import gather_polar, height_of
+from shadowatmo.multiple import gather_polar
+from shadowatmo.multiple_axes import height_of
 from shadowatmo.multiple_recipes import Effort
 from shadowatmo.shadow import penumbra_cone, umbra_cone
 

@@ -8,8 +8,9 @@ Successive orders of the radiance field L_n(h, mu_s; v), v = direction one looks
 <L, P> goes through real spherical harmonics about the local zenith, azimuth counted from the sun (even in it, so m >= 0
 only): with the moments a_lm of L it is sum lambda_l a_lm Y_lm(v), lambda_l the Legendre coefficients of the phase
 function. Every order's source is resolved into a table over (mu, azimuth; mu_s, altitude) and gathered from there; the
-series ends in a geometric tail. Species share one table: their ratio depends on altitude only. What the forward lobe
-has above the table's degree is summed analytically in the small-angle limit (aureole_source).
+series ends in a geometric tail. Molecules scatter no degree above 2: three coefficients say all that they send.
+The table over directions is for aerosols alone, and ends where there are hardly any. What the forward lobe has above
+the table's degree is summed analytically in the small-angle limit (aureole_source).
 
 GPU twin: shaders/multiple*.glsl and shaders/multiple_*.frag. Angular units: per steradian, per unit solar irradiance.
 """
@@ -19,15 +20,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from shadowatmo.harmonics import (
-    aureole_kernel,
-    band_coefficients,
-    harmonic_indices,
-    phase_moments,
-    polar_basis,
-    rayleigh_moments,
-)
+from shadowatmo.harmonics import aureole_kernel, band_coefficients, harmonic_indices, phase_moments, polar_basis
 from shadowatmo.medium import densities, extinction, optical_depth, scattering
+from shadowatmo.multiple_axes import (
+    azimuth_coordinate,
+    azimuth_cosine,
+    azimuth_fit,
+    finer_heights,
+    finer_suns,
+    height_coordinate,
+    height_of,
+    highest_layer,
+    interpolate,
+    layer_step,
+    polar_fit,
+    sun_coordinate,
+    sun_height,
+)
 from shadowatmo.multiple_recipes import RECIPES
 from shadowatmo.phase import rayleigh_phase
 from shadowatmo.quadrature import cumulative_matrix, gauss_legendre
@@ -36,60 +45,8 @@ from shadowatmo.segments import k_along_nodes, make_map, map_node
 from shadowatmo.shadow import AxisRay, cone_interval, cylinder
 from shadowatmo.transmittance import columns_to_top, ozone_crossings, ozone_to
 
-SUN_WIDTH = 0.06  # of mu_s about the horizon that gets most texels
-HIGHEST_SUN = 0.9999  # mu_s of the last texel: the azimuth from the sun must mean something
 DARK = 1e-30  # floor under logarithms
-FINER = 4  # places of the level and of the ground's irradiance to a cell of the table over the sun
 AUREOLE_TEXELS = 256
-
-
-def sun_elevation(mu_s):
-    """Return a stand-in for the sun's elevation: mu_s about the horizon, uniform in the angle about the zenith (2)."""
-    return 2.0 * mu_s / (1.0 + safe_sqrt(1.0 - np.abs(mu_s)))
-
-
-def sun_range(atmosphere) -> tuple[float, float]:
-    """Return arcsinh(elevation / SUN_WIDTH) at the two ends of the sun's axis; the lowest sun leaves the sky dark."""
-    dip = 2.2 * math.acos(atmosphere.bottom_radius / atmosphere.top_radius)
-    ends = np.array([-math.sin(min(math.radians(85.0), dip)), HIGHEST_SUN])
-    return tuple(np.arcsinh(sun_elevation(ends) / SUN_WIDTH).tolist())
-
-
-def sun_coordinate(atmosphere, mu_s):
-    """Return the place 0..1 of mu_s on the sun's axis."""
-    low, high = sun_range(atmosphere)
-    return np.clip((np.arcsinh(sun_elevation(mu_s) / SUN_WIDTH) - low) / (high - low), 0.0, 1.0)
-
-
-def sun_height(atmosphere, unit):
-    """Return mu_s at a place 0..1; the inverse of sun_coordinate."""
-    low, high = sun_range(atmosphere)
-    elevation = SUN_WIDTH * np.sinh(low + (high - low) * unit)
-    return elevation - 0.25 * elevation * np.abs(elevation)
-
-
-def height_coordinate(atmosphere, altitude):
-    """Return the place 0..1 of an altitude [m]: its square root, which crowds the nodes at the ground."""
-    return np.sqrt(np.clip(altitude / atmosphere.thickness, 0.0, 1.0))
-
-
-def height_of(atmosphere, unit):
-    """Return the altitude [m] at a place 0..1."""
-    return atmosphere.thickness * unit * unit
-
-
-def azimuth_coordinate(mu, mu_s, nu):
-    """Return the azimuth from the sun over pi, 0..1, of a direction at zenith cosine mu."""
-    across = np.maximum((1.0 - mu * mu) * (1.0 - mu_s * mu_s), 1e-12)
-    return np.arccos(np.clip((nu - mu * mu_s) / np.sqrt(across), -1.0, 1.0)) / np.pi
-
-
-def mixed_moments(atmosphere, altitude, degree):
-    """Return lambda_l of the mixture at altitudes (N,), (N, degree + 1, 3 channels), weighted by scattering."""
-    beta = densities(atmosphere, altitude)[..., :2, None] * scattering(atmosphere)
-    share = beta / np.maximum(beta.sum(axis=-2, keepdims=True), DARK)
-    lambdas = np.stack([rayleigh_moments(degree), phase_moments(atmosphere.mie_g, degree)])
-    return np.einsum("nsc,sl->nlc", share, lambdas)
 
 
 def gather_polar(atmosphere, altitude, above, below):
@@ -270,20 +227,18 @@ def point_paths(atmosphere, altitude, mu, mu_s, nu):
     return ray, -z, np.stack([np.zeros_like(end), dark, np.clip(stop, dark, end), end], axis=1), hits
 
 
-def polar_nodes(count) -> np.ndarray:
-    """Return the table's cosines of the view's zenith angle: even in the angle, smooth straight up and down."""
-    return -np.cos(np.linspace(0.0, np.pi, count))
-
-
 class MultipleTable:
     """The source of a radiance field, for lookups; the field's own order is whatever its moments hold.
 
     Attributes
     ----------
-    values : (heights, suns, polar, azimuths, 3)
-        Source over scattering coefficient and mean radiance.
-    level : (heights, finer suns, 3)
+    values : (layers, suns, polar, azimuths, 3)
+        Source of aerosols over scattering coefficient and mean radiance.
+    level : (finer heights, finer suns, 3)
         Logarithm of the mean radiance [1/sr].
+    molecules : (finer heights, finer suns, 3, 3)
+        What molecules scatter, over coefficient and mean radiance, beyond 1: coefficients of 3/2 mu^2 - 1/2, of
+        mu sin cos(azimuth), and of sin^2 cos(2 azimuth).
     ground : (finer suns, 3)
         Logarithm of the field's irradiance of the ground.
     """
@@ -291,61 +246,42 @@ class MultipleTable:
     def __init__(self, atmosphere, recipe, moments, irradiance):
         self.atmosphere, self.recipe = atmosphere, recipe
         l, m = harmonic_indices(recipe.degree)  # noqa: E741
-        altitude = height_of(atmosphere, np.linspace(0.0, 1.0, recipe.heights))
         mean = np.maximum(moments[:, :, 0] / math.sqrt(4.0 * np.pi), DARK)
-        scaled = moments / mean[:, :, None] * mixed_moments(atmosphere, altitude, recipe.degree)[:, None, l]
-        basis = polar_basis(polar_nodes(recipe.polar), recipe.degree)
-        turns = np.cos(np.outer(np.linspace(0.0, np.pi, recipe.azimuths), np.arange(recipe.degree + 1)))
+        shape = moments / mean[:, :, None]
+        place = np.arange(recipe.layers) * layer_step(atmosphere, recipe)
+        low = np.minimum(place.astype(int), recipe.heights - 2)
+        part = (place - low)[:, None, None, None]
+        scaled = (1.0 - part) * shape[low] + part * shape[low + 1]
+        scaled *= phase_moments(atmosphere.mie_g, recipe.degree)[l, None]
+        basis = polar_fit(recipe.polar, recipe.degree)
+        turns = azimuth_fit(recipe.azimuths, recipe.degree)
         per_m = [scaled[:, :, m == n].transpose(0, 1, 3, 2) @ basis[:, m == n].T for n in range(recipe.degree + 1)]
         # A truncated series may dip below zero beside a sharp peak.
         self.values = np.clip(np.einsum("mhsci,am->hsiac", np.stack(per_m), turns), 0.0, 6e4)
-        self.level = finer_suns(np.log(mean))
+        self.level = finer_heights(finer_suns(np.log(mean)))
+        norms = 0.1 * np.sqrt(np.array([5.0, 15.0, 3.75]) / (4.0 * np.pi))  # the phase moment times those of degree 2
+        second = shape[:, :, l == 2] * norms[:, None]
+        self.molecules = np.stack([finer_heights(finer_suns(second[:, :, i])) for i in range(3)], axis=2)
         self.ground = finer_suns(np.log(np.maximum(irradiance, DARK)))
 
     def source(self, altitude, mu_s, mu, nu):
         """Return the source [1/m 1/sr] (..., 3) of the next order at points, in directions of zenith cosine mu."""
-        units = [
-            height_coordinate(self.atmosphere, altitude),
-            sun_coordinate(self.atmosphere, mu_s),
-            1.0 - np.arccos(np.clip(mu, -1.0, 1.0)) / np.pi,
-            azimuth_coordinate(mu, mu_s, nu),
-        ]
-        beta = densities(self.atmosphere, altitude)[..., :2] @ scattering(self.atmosphere)
-        return beta * np.exp(interpolate(self.level, units[:2])) * interpolate(self.values, units)
+        height, sun = height_coordinate(self.atmosphere, altitude), sun_coordinate(self.atmosphere, mu_s)
+        c = azimuth_cosine(mu, mu_s, nu)
+        second = [interpolate(self.molecules[:, :, i], [height, sun]) for i in range(3)]
+        s = safe_sqrt(1.0 - mu * mu)
+        functions = 1.5 * mu * mu - 0.5, mu * s * c, s * s * (2.0 * c * c - 1.0)
+        molecules = 1.0 + sum(f[..., None] * q for f, q in zip(functions, second, strict=True))
+        layer = np.minimum(height / highest_layer(self.atmosphere), 1.0)
+        units = [layer, sun, 1.0 - np.arccos(np.clip(mu, -1.0, 1.0)) / np.pi, azimuth_coordinate(c)]
+        aerosols = interpolate(self.values, units)
+        beta = densities(self.atmosphere, altitude)[..., :2, None] * scattering(self.atmosphere)
+        source = beta[..., 0, :] * molecules + beta[..., 1, :] * aerosols
+        return np.exp(interpolate(self.level, [height, sun])) * source
 
     def ground_irradiance(self, mu_s):
         """Return the field's irradiance (..., 3) of the ground per unit solar irradiance."""
         return np.exp(interpolate(self.ground, [sun_coordinate(self.atmosphere, mu_s)]))
-
-
-def finer_suns(values):
-    """Return logarithms (..., suns, 3) at FINER places to a cell, by monotone cubics, where lines would show as bands.
-
-    The slope at a node is the harmonic mean of those beside it (Fritsch and Butland 1984), or 0 at an extremum.
-    """
-    steps = np.diff(values, axis=-2)
-    before = np.concatenate([steps[..., :1, :], steps], axis=-2)
-    after = np.concatenate([steps, steps[..., -1:, :]], axis=-2)
-    product = before * after
-    slopes = np.where(product > 0.0, 2.0 * product / np.where(product > 0.0, before + after, 1.0), 0.0)
-    f = (np.arange(FINER) / FINER)[:, None]
-    low, high = values[..., :-1, None, :], values[..., 1:, None, :]
-    start, end = slopes[..., :-1, None, :], slopes[..., 1:, None, :]
-    cubic = low + f * (start + f * (3.0 * (high - low) - 2.0 * start - end + f * (start + end - 2.0 * (high - low))))
-    cells = cubic.reshape(*values.shape[:-2], -1, 3)
-    return np.concatenate([cells, values[..., -1:, :]], axis=-2)
-
-
-def interpolate(table, units):
-    """Return a table (n1, n2, ..., 3) at places 0..1 along its axes, linear in each, shape (..., 3)."""
-    corners = [(np.zeros(units[0].shape, np.intp), np.ones(units[0].shape))]
-    for unit, size in zip(units, table.shape, strict=False):
-        place = unit * (size - 1)
-        cell = np.minimum(place.astype(np.intp), size - 2)
-        part = place - cell
-        corners = [(i * size + cell + k, w * f) for i, w in corners for k, f in ((0, 1.0 - part), (1, part))]
-    flat = table.reshape(-1, table.shape[-1])
-    return sum(w[..., None] * flat[i] for i, w in corners)
 
 
 def solve(atmosphere, recipe=RECIPES["accurate"]) -> MultipleTable:

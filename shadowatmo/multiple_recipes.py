@@ -34,8 +34,10 @@ class Recipe:
     ----------
     heights, suns : int
         Nodes over altitude and mu_s.
+    layers : int
+        Nodes over altitude of the table of what aerosols scatter, as far up as there are some.
     polar, azimuths : int
-        Nodes of the table over mu (-1 to 1) and azimuth from the sun (0 to pi).
+        Nodes of that table over mu (-1 to 1) and azimuth from the sun (0 to pi).
     degree : int
         Of the spherical harmonics.
     band : int
@@ -48,6 +50,7 @@ class Recipe:
 
     heights: int = 16
     suns: int = 48
+    layers: int = 10
     polar: int = 20
     azimuths: int = 10
     degree: int = 8
@@ -57,49 +60,55 @@ class Recipe:
     orders: int = 5
 
 
-# The first two fit into 2 MB. What a view with the sun in it asks for is the forward lobe: the degree, and the nodes
-# over the view's direction.
+# The first two fit into 2 MB. Where the sun is low, light comes from a narrow band over the horizon: the first gather
+# wants zenith angles above it, and later ones nodes in the dark part of a ray. A view with the sun in it wants degrees.
 RECIPES = {
     "balanced": Recipe(
-        polar=24,
-        azimuths=12,
-        degree=10,
-        band=14,
-        first=Effort(10, 8, 14, 6, 3),
-        later=Effort(8, 6, 8, 6, 3),
-    ),
-    "accurate": Recipe(
-        heights=15,
+        heights=17,
         suns=40,
+        layers=9,
         polar=28,
         azimuths=14,
-        degree=14,
+        degree=12,
+        band=16,
+        first=Effort(13, 7, 14, 6, 4),
+        later=Effort(8, 6, 8, 6, 4),
+    ),
+    "accurate": Recipe(
+        heights=28,
+        suns=42,
+        layers=8,
+        polar=34,
+        azimuths=16,
+        degree=16,
         band=20,
-        first=Effort(16, 12, 18, 10, 5),
-        later=Effort(10, 8, 14, 8, 4),
+        first=Effort(16, 8, 16, 10, 5),
+        later=Effort(10, 8, 10, 8, 4),
         orders=6,
     ),
     "finest": Recipe(
-        heights=24,
+        heights=32,
         suns=64,
-        polar=32,
-        azimuths=16,
-        degree=12,
-        band=16,
-        first=Effort(16, 12, 20, 12, 6),
-        later=Effort(12, 8, 16, 8, 4),
-        orders=8,
-    ),
-    # what the report judges the others by: as fine as the textures of the solve may be
-    "truth": Recipe(
-        heights=28,
-        suns=72,
+        layers=12,
         polar=40,
         azimuths=20,
-        degree=14,
-        band=20,
-        first=Effort(22, 16, 26, 14, 7),
-        later=Effort(16, 12, 20, 10, 5),
+        degree=18,
+        band=22,
+        first=Effort(20, 12, 20, 12, 6),
+        later=Effort(12, 8, 12, 10, 5),
+        orders=8,
+    ),
+    # what the report judges the others by
+    "truth": Recipe(
+        heights=38,
+        suns=64,
+        layers=16,
+        polar=48,
+        azimuths=28,
+        degree=18,
+        band=24,
+        first=Effort(22, 12, 22, 12, 6),
+        later=Effort(14, 10, 14, 10, 5),
         orders=8,
     ),
 }
