@@ -22,6 +22,8 @@ from shadowatmo.ring import EDGE_ON
 from shadowatmo.shadow import penumbra_cone, umbra_cone
 
 TILE = 8  # pixels
+CURVED = 4  # kind of the tiles that are interpolated by parabolas
+BENDS = ("u_below", "u_above", "u_left", "u_right", "u_clear_across", "u_clear_up")  # of their sides
 MIXED = 3  # kind of the tiles, and class of the shader, that may hold pixels of every class
 GL_POINT_SIZE_RANGE = 0x0B12
 LOBE_REACH = 4.0  # a forward lobe narrower than as many tiles is drawn pixel by pixel within as many of its widths
@@ -43,7 +45,7 @@ class AdaptiveComposite(RenderPass):
         self.grid = self.own(Target(ctx, samples, color=("rgba32f", "rgba32f")))
         for texture in self.grid.color:
             texture.filter = (ctx.LINEAR, ctx.LINEAR)
-        self.tiles = self.own(Target(ctx, self.tiles_across, color=("r32f",)))
+        self.tiles = self.own(Target(ctx, self.tiles_across, color=("r32f", *(("rgba32f",) * len(BENDS)))))
         self.target = self.own(Target(ctx, size, color=("rgba32f",)))
         self.points = gl_functions(ctx).floats(GL_POINT_SIZE_RANGE, 2)[1] >= TILE
         self._arrays = {}
@@ -57,9 +59,10 @@ class AdaptiveComposite(RenderPass):
         self._draw_tiles(view, sun, seen, cuts, grid)
         self._draw_frame(seen, grid, first)
         self.ctx.enable(moderngl.PROGRAM_POINT_SIZE)
+        self._draw_curved(seen, grid)
         for kind, features in enumerate(class_features[1 : MIXED + 1], 1):
             own = {"HAS_SOLVED_CUTS": True, "TILE_PIXELS": TILE, **features}, {"u_kind": kind}, {}
-            self._draw_refused(*joined(seen, air, cuts, own))
+            self._draw_points("atmosphere.frag", "adaptive_tile.vert", *joined(seen, air, cuts, own))
         self.ctx.disable(moderngl.PROGRAM_POINT_SIZE)
         self.ctx.disable(moderngl.BLEND)
         self.ctx.blend_func = moderngl.ONE, moderngl.ZERO
@@ -111,11 +114,20 @@ class AdaptiveComposite(RenderPass):
         uniforms = {"u_grid": 1.0 / np.array(self.grid.size)}
         self.fullscreen("adaptive_reconstruct.frag", defines, uniforms, samplers)
 
-    def _draw_refused(self, defines, uniforms, samplers):
+    def _draw_curved(self, seen, grid):
+        defines, samplers = {"TILE_PIXELS": TILE}, {"u_light": grid["u_light"]}
+        samplers |= dict(zip(BENDS[:4], self.tiles.color[1:5], strict=True))
+        if "HAS_BACKGROUND" in seen[0]:
+            defines["HAS_BACKGROUND"] = True
+            samplers |= dict(zip(BENDS[4:], self.tiles.color[5:], strict=True))
+            samplers |= {"u_clear": grid["u_clear"], "u_background": seen[2]["u_background"]}
+        self._draw_points("adaptive_curved.frag", "adaptive_curved.vert", defines, {"u_kind": CURVED}, samplers)
+
+    def _draw_points(self, fragment, vertex, defines, uniforms, samplers):
         framebuffer = self.target.framebuffer
         if not self.points:
             defines = {**defines, "HAS_TRIANGLES": True}
-        program = build_program(self.ctx, "atmosphere.frag", vertex="adaptive_tile.vert", defines=defines)
+        program = build_program(self.ctx, fragment, vertex=vertex, defines=defines)
         set_uniforms(program, uniforms)
         bind_textures(program, {**samplers, "u_tiles": self.tiles.color[0]})
         if program not in self._arrays:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import shadowatmo as sa
-from shadowatmo.passes.adaptive import AdaptiveComposite
+from shadowatmo.passes.adaptive import CURVED, AdaptiveComposite
 from shadowatmo.passes.gl.state import preserve_state
 from tests.cameras import CAMERAS, SUN, above, facing, level
 from tests.gl_state import HostObjects, difference, snapshot
@@ -73,6 +73,27 @@ def test_full_size_costs_a_tenth(ctx):
     assert np.mean(tiles > 0) < 0.05
 
 
+@pytest.mark.parametrize("name", ["2 m, sunset", "1 km, on the shadow's edge"])
+def test_what_falls_off_like_an_exponential_is_interpolated(ctx, monkeypatch, name):
+    """Half of the tiles that bend too much for straight lines do for parabolas in the logarithm."""
+    full, smooth, tiles = both(ctx, SCENE, CAMERAS[name], (1280, 720))
+    curved = np.kron(tiles[::-1] == CURVED, np.ones((8, 8), bool))
+    assert holds(errors(smooth[curved], full[curved]))
+    assert np.mean(tiles == CURVED) > 0.8 * np.mean((tiles > 0) & (tiles < CURVED))
+    monkeypatch.setattr(AdaptiveComposite, "_draw_curved", lambda *_: None)
+    _, straight, _ = both(ctx, SCENE, CAMERAS[name], (1280, 720))
+    assert not holds(errors(straight[curved], full[curved]))
+
+
+@pytest.mark.parametrize("surface", [sa.Surface(), sa.Surface.earth()])
+def test_a_ground_behind_interpolated_air(ctx, surface):
+    """The transmittance is bent as the light is."""
+    scene, camera = sa.Scene(suns=SUN, surface=surface), CAMERAS["20 000 km, half phase"]
+    full, smooth, tiles = both(ctx, scene, camera, (640, 368))
+    curved = np.kron(tiles[::-1] == CURVED, np.ones((8, 8), bool))
+    assert curved.sum() > 64 and holds(errors(smooth[curved], full[curved]))
+
+
 def test_all_orders_are_as_right_as_without(ctx, rng):
     """The view table of whole paths against quadrature along rays: the slices of the full frame's are no truth."""
     quality = sa.Quality(depth="analytic")
@@ -110,7 +131,7 @@ def test_silhouettes_have_no_halo(ctx, monkeypatch, name, distance):
 
     full, smooth, tiles = both(ctx, SCENE, None, draw=composed)
     assert holds(errors(smooth, full)) and np.mean(tiles > 0) < 0.9
-    monkeypatch.setattr(AdaptiveComposite, "_draw_refused", lambda *_: None)
+    monkeypatch.setattr(AdaptiveComposite, "_draw_points", lambda *_: None)
     _, blurred, _ = both(ctx, SCENE, None, draw=composed)
     assert errors(blurred, full).max() > 2 * WORST
     for texture in textures:
