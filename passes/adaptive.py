@@ -16,7 +16,7 @@ from shadowatmo.passes.gl.functions import gl_functions
 from shadowatmo.passes.gl.shader import bind_textures, build_program, set_uniforms
 from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.terminator import terminator_inputs
-from shadowatmo.passes.widths import cuts_inputs
+from shadowatmo.passes.widths import cuts_inputs, has_long_paths
 from shadowatmo.quality import PATH_METHODS
 from shadowatmo.ring import EDGE_ON
 from shadowatmo.shadow import penumbra_cone, umbra_cone
@@ -86,6 +86,8 @@ class AdaptiveComposite(RenderPass):
         if "HAS_BACKGROUND" in seen[0]:
             defines["HAS_BACKGROUND"] = True
             samplers["u_background"] = seen[2]["u_background"]
+        if has_long_paths(view):
+            defines["HAS_LONG_PATHS"] = True
         if view.scene.sun_disc:
             defines["HAS_SUN_DISC"] = True
             uniforms["u_disc"] = disc_reach(view, sun)

@@ -16,10 +16,10 @@ HIGH_ALTITUDE = 2.5  # of the camera, in scale heights of the higher layer, from
 GEOMETRY_SIZES = {False: (49, 96), True: (65, 128)}  # azimuths, rows of both halves; the finer one for high cameras
 SLICES = {False: 12, True: 6}  # by whether the camera is high
 DUSK, DUSK_WIDTH = 0.13, 0.15  # -mu_s at which columns by the sun's height are the closest, and the width about it
-SUN_SIZE, SUN_NODES = (65, 96), 14  # of the finer one whose columns go by the sun's height
+SUN_SIZE = 65, 96  # of the finer one whose columns go by the sun's height
 SUN_COLUMNS = 0.03  # altitude in ground radii from which columns go by the sun's height
 LOWEST = 1.0  # m, altitude of the camera that the table by geometry still tells from the ground
-NODES = {False: 8, True: 10}  # by whether it is the finer one
+NODES = {False: 8, True: 14}  # by whether it is the finer one
 # of frames whose sum over all orders is the accurate one
 ACCURATE_SIZE = (97, 192)
 ACCURATE_NODES = 20
@@ -124,13 +124,6 @@ def _size(view, textures):
     return SUN_SIZE if fine and has_sun_columns(view) else GEOMETRY_SIZES[fine]
 
 
-def _nodes(view, textures):
-    if _is_accurate(view):
-        return ACCURATE_NODES
-    fine = _is_fine(view, textures)
-    return SUN_NODES if fine and has_sun_columns(view) else NODES[fine]
-
-
 class MultipleView(RenderPass):
     """Source over extinction of multiple scattering, averaged along the paths from the camera, for one sun."""
 
@@ -150,7 +143,7 @@ class MultipleView(RenderPass):
             target = self.own(Target(self.ctx, size, color=("rgba32f",)))
             target.color[0].filter = (self.ctx.LINEAR, self.ctx.LINEAR)
             self._targets[size] = target
-        nodes = _nodes(view, textures)
+        nodes = ACCURATE_NODES if _is_accurate(view) else NODES[_is_fine(view, textures)]
         defines = {**medium_defines(atmosphere), **multiple_defines(recipe), **path_defines(nodes, 2)}
         uniforms = {**view.camera_uniforms(), **medium_uniforms(atmosphere), **segment_uniforms(atmosphere)}
         uniforms |= {**multiple_uniforms(atmosphere), **view_uniforms(view, sun, textures), **view.axis_uniforms(sun)}

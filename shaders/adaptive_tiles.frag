@@ -63,11 +63,12 @@ Bounds tile_bounds(Pixel pixel) {
   return tile;
 }
 
-// Whether a ray of the tile may touch the ground's or the top's sphere without any corner telling.
-bool on_limb(Bounds tile, Pixel pixel) {
+// k of the middle's tangent point [m^2], and how much those of the tile's rays differ from it at most; nothing where they rise.
+const vec2 RISES = vec2(1.0e30, 0.0);
+vec2 tangent_points(Bounds tile, Pixel pixel) {
   float r = sqrt(max(u_bottom_radius * u_bottom_radius + u_camera_k, 0.0));
   float x = tile.x;
-  if (x > r * tile.angle) return false;
+  if (x > r * tile.angle) return RISES;
   // impact parameters of the tile differ from its middle's by at most this
   float spread = tile.angle * (abs(x) + 0.5 * r * tile.angle);
 #ifdef HAS_FAR_CAMERA
@@ -77,8 +78,7 @@ bool on_limb(Bounds tile, Pixel pixel) {
   float tangent_k = u_camera_k - x * x;
   float impact = sqrt(max(u_bottom_radius * u_bottom_radius + tangent_k, 0.0));
 #endif
-  spread *= 2.0 * impact + spread;
-  return abs(tangent_k) < spread || abs(tangent_k - u_top_k) < spread;
+  return vec2(tangent_k, spread * (2.0 * impact + spread));
 }
 
 // Whether any ray of a tile on the horizon or the limb may meet the planet's shadow before it leaves the air.
@@ -294,7 +294,9 @@ void main() {
     passed += 0.25 * through.rgb;
     behind += 0.25 * background;
   }
-  bool edge = on_limb(tile, pixel);
+  // Any ray may touch the ground's or the top's sphere without a corner telling.
+  vec2 tangent = tangent_points(tile, pixel);
+  bool edge = abs(tangent.x) < tangent.y || abs(tangent.x - u_top_k) < tangent.y;
   float pixel_level = max(darkest, DARKEST * v_brightest);
   Side below = tile_side(4, 0, 1, 6);
   Side above = tile_side(5, 2, 3, 7);
@@ -335,6 +337,9 @@ void main() {
   bool one_kind = same && flat_enough && !edge;
   bool two_pieces = code_has(code, LIT_BEFORE) && code_has(code, LIT_BEHIND);
   bool lit_alone = !any_shadow && !(edge && near_shadow(tile, pixel));
+#ifdef HAS_LONG_PATHS
+  lit_alone = lit_alone && (tangent.x < -tangent.y || tangent.x > DENSEST * u_top_k);
+#endif
   float kind = lit_alone ? LIT_TILE : (one_kind && !two_pieces ? SHADOW_TILE : MIXED_TILE);
   out_kind = refused || !(smooth_enough || curved) ? kind : (smooth_enough ? INTERPOLATED : CURVED_TILE);
   out_below = below.bend;
