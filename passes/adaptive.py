@@ -86,8 +86,6 @@ class AdaptiveComposite(RenderPass):
         if "HAS_BACKGROUND" in seen[0]:
             defines["HAS_BACKGROUND"] = True
             samplers["u_background"] = seen[2]["u_background"]
-        if has_long_paths(view):
-            defines["HAS_LONG_PATHS"] = True
         if view.scene.sun_disc:
             defines["HAS_SUN_DISC"] = True
             uniforms["u_disc"] = disc_reach(view, sun)
@@ -99,6 +97,8 @@ class AdaptiveComposite(RenderPass):
         if rings and view.quality.method in PATH_METHODS:
             defines |= {"HAS_RINGS": True, "RINGS": len(rings)}
             uniforms |= ring_shadows(view, sun, rings)
+        if (moons or rings) and has_long_paths(view):  # what is not smooth along a path depends on where its nodes are
+            defines["HAS_LONG_PATHS"] = True
         self.tiles.framebuffer.use()
         self.fullscreen("adaptive_tiles.frag", defines, uniforms, samplers, vertex="adaptive_tiles.vert")
 

@@ -40,7 +40,10 @@ layout(location = 5) out vec4 out_clear_across;  // of the transmittance, the me
 layout(location = 6) out vec4 out_clear_up;
 #endif
 
-const float DARKEST = 1.0e-4;  // of the brightest sample, below which errors are counted absolutely
+// Parts of the brightest sample: below the first errors are counted absolutely; down to the second a tile is bent rather
+// than left straight where that is closer, for whoever stretches the night.
+const float DARKEST = 1.0e-4;
+const float FAINTEST = 1.0e-8;
 const vec3 THIRD = vec3(1.0 / 3.0);
 
 float brightest(vec3 v) { return max(v.r, max(v.g, v.b)); }
@@ -272,6 +275,7 @@ void main() {
   vec3 passed = vec3(0.0);
   vec3 share = vec3(0.0);  // largest, of the light's channels in the pixel's brightest; of what passes the air
   vec3 passed_share = vec3(0.0);
+  vec3 faint_share = vec3(0.0);  // both, where nothing is too dark to count
   float darkest = 1.0e30;
   float code = sample_clear[0].a;
   bool same = true;
@@ -287,6 +291,7 @@ void main() {
 #endif
     float level = brightest(radiance + through.rgb * background);
     darkest = min(darkest, level);
+    faint_share = max(faint_share, max(radiance, through.rgb * background) / max(max(level, FAINTEST * v_brightest), 1.0e-30));
     level = max(max(level, DARKEST * v_brightest), 1.0e-30);
     share = max(share, radiance / level);
     passed_share = max(passed_share, through.rgb * background / level);
@@ -311,6 +316,7 @@ void main() {
 #ifdef HAS_BACKGROUND
   error += (doubled.x * max(below.clear, above.clear) + doubled.y * max(left.clear, right.clear)).rgb * behind;
 #endif
+  float faint_level = max(darkest, FAINTEST * v_brightest);
   bool smooth_enough = brightest(error) <= limit * pixel_level && light.a <= limit && min(known.x, known.y) > 0.5;
   vec4 off = max(below.bend_doubt, above.bend_doubt) + max(left.bend_doubt, right.bend_doubt);
   vec3 curved_error = share * off.rgb;
@@ -319,6 +325,8 @@ void main() {
   clear_off += 0.5 * (abs(below.clear_bend - above.clear_bend) + abs(left.clear_bend - right.clear_bend));
   curved_error += passed_share * clear_off.rgb;
 #endif
+  float faint_error = brightest(error) / max(faint_level, 1.0e-30);
+  bool bent = faint_error > limit && brightest(faint_share * off.rgb) < min(0.5 * faint_error, 1.0);
   float sides = min(min(below.known, above.known), min(left.known, right.known));
   bool curved = brightest(curved_error) <= limit && off.a <= limit && sides > 0.5;
   bool flat_enough = true;
@@ -341,7 +349,8 @@ void main() {
   lit_alone = lit_alone && (tangent.x < -tangent.y || tangent.x > DENSEST * u_top_k);
 #endif
   float kind = lit_alone ? LIT_TILE : (one_kind && !two_pieces ? SHADOW_TILE : MIXED_TILE);
-  out_kind = refused || !(smooth_enough || curved) ? kind : (smooth_enough ? INTERPOLATED : CURVED_TILE);
+  bool straight = smooth_enough && !(curved && bent);
+  out_kind = refused || !(straight || curved) ? kind : (straight ? INTERPOLATED : CURVED_TILE);
   out_below = below.bend;
   out_above = above.bend;
   out_left = left.bend;

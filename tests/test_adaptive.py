@@ -104,6 +104,22 @@ def test_the_limb_from_afar(ctx, rng, monkeypatch):
     assert min(worst(camera) for camera in cameras) > 1.5 * bar
 
 
+def test_the_night_is_smooth_when_it_is_stretched(ctx, monkeypatch):
+    """Light below 1e-4 of the frame need not be right to the tolerance, but without corners at every eighth pixel."""
+    quality, camera = sa.Quality(depth="analytic"), CAMERAS["20 000 km, half phase"]
+    _, truth, _ = both(ctx, SCENE, camera, (1280, 720), quality, tolerance=1e-9)
+    level = truth.max(-1)
+    night = (level > 1e-6 * level.max()) & (level < 1e-4 * level.max())
+
+    def error():
+        _, smooth, _ = both(ctx, SCENE, camera, (1280, 720), quality)
+        return np.percentile(np.abs(smooth - truth).max(-1)[night] / level[night], 90)
+
+    assert error() < 0.02
+    monkeypatch.setattr(AdaptiveComposite, "_draw_curved", lambda *_: None)
+    assert error() > 0.06
+
+
 @pytest.mark.parametrize("surface", [sa.Surface(), sa.Surface.earth()])
 def test_a_ground_behind_interpolated_air(ctx, surface):
     """The transmittance is bent as the light is."""
