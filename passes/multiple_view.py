@@ -22,7 +22,7 @@ LOWEST = 1.0  # m, altitude of the camera that the table by geometry still tells
 NODES = {False: 8, True: 14}  # by whether it is the finer one
 # of frames whose sum over all orders is the accurate one
 ACCURATE_SIZE = (97, 192)
-ACCURATE_NODES = 20
+ACCURATE_NODES = 28
 
 
 def has_whole_paths(view, textures) -> bool:

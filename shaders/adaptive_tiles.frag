@@ -280,11 +280,17 @@ void main() {
   float code = sample_clear[0].a;
   bool same = true;
   bool any_shadow = false;
+  bool all_shadow = true;
+  bool any_before = false;
+  bool any_behind = false;
   for (int i = 0; i < 4; ++i) {
     vec4 through = sample_clear[i];
     vec3 radiance = sample_light[i].rgb;
     same = same && through.a == code;
     any_shadow = any_shadow || code_has(through.a, SHADOW_BEHIND);
+    all_shadow = all_shadow && code_has(through.a, WITH_SHADOW) && code_has(through.a, WITH_GROUND) == code_has(code, WITH_GROUND);
+    any_before = any_before || code_has(through.a, LIT_BEFORE);
+    any_behind = any_behind || code_has(through.a, LIT_BEHIND);
     vec3 background = vec3(0.0);
 #ifdef HAS_BACKGROUND
     background = abs(texelFetch(u_background, sample_texel(number + vec2(AROUND[i])), 0).rgb);
@@ -342,13 +348,13 @@ void main() {
 #ifdef HAS_RINGS
   refused = refused || on_narrow_ring(tile);
 #endif
-  bool one_kind = same && flat_enough && !edge;
-  bool two_pieces = code_has(code, LIT_BEFORE) && code_has(code, LIT_BEHIND);
+  // Between paths that are dark at one and the same end, or all along, there is none with two lit pieces.
+  bool one_kind = (same || all_shadow) && flat_enough && !edge && !(any_before && any_behind);
   bool lit_alone = !any_shadow && !(edge && near_shadow(tile, pixel));
 #ifdef HAS_LONG_PATHS
   lit_alone = lit_alone && (tangent.x < -tangent.y || tangent.x > DENSEST * u_top_k);
 #endif
-  float kind = lit_alone ? LIT_TILE : (one_kind && !two_pieces ? SHADOW_TILE : MIXED_TILE);
+  float kind = lit_alone ? LIT_TILE : (one_kind ? SHADOW_TILE : MIXED_TILE);
   bool straight = smooth_enough && !(curved && bent);
   out_kind = refused || !(straight || curved) ? kind : (straight ? INTERPOLATED : CURVED_TILE);
   out_below = below.bend;
