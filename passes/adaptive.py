@@ -1,7 +1,8 @@
 """Pass 5 at the resolution that the picture needs: the air at the corners of tiles of 8 x 8 pixels, interpolated.
 
 Most of a frame is so smooth that its corners say it all. The other tiles (shaders/adaptive_tiles.frag says which) are
-drawn again pixel by pixel, as points of a tile's size, by the shader that also composes whole frames.
+drawn again, as points of a tile's size: by parabolas in the logarithm where these will do, else pixel by pixel, by the
+shader that also composes whole frames.
 """
 
 import math
