@@ -10,6 +10,7 @@
 """
 
 import argparse
+import math
 import os
 import sys
 import time
@@ -22,6 +23,7 @@ NEEDED = ("numpy", "PIL", "moderngl", "pyrr")
 # of each set
 SHEETS = {"main": "contact_sheet", "presets": "contact_sheet_presets", "eclipses": "contact_sheet_eclipses"}
 THUMB = 480  # pixels, width of the pictures on a sheet
+SMOOTHED_UP_TO = 4_000_000  # pixels: larger pictures have one sample in each
 WINDOW_LINE = "pip install moderngl-window (or `make setup`), or draw without a window: python demo.py --headless"
 
 
@@ -118,7 +120,9 @@ def draw_pictures(ctx, chosen, size, bar, arguments, failed, keep=True):
     from shadowatmo.passes.gallery import Gallery
 
     done = []
-    with Gallery(ctx, size, chosen_quality(arguments), cache=not arguments.no_cache, progress=bar) as gallery:
+    samples = 2 if keep and math.prod(size) <= SMOOTHED_UP_TO else 1
+    effort = {"samples": samples, "cache": not arguments.no_cache, "progress": bar}
+    with Gallery(ctx, size, chosen_quality(arguments), **effort) as gallery:
         for picture in chosen:
             start, path = time.perf_counter(), arguments.out / f"{picture.name}.png"
             try:

@@ -7,11 +7,9 @@ equality shades exactly the pixels of that class: hardware and software rasteriz
 import math
 from dataclasses import replace
 
-import moderngl
-import numpy as np
-
 from shadowatmo.eclipse_multiple import SHADE
 from shadowatmo.passes.base import RenderPass, depth_test
+from shadowatmo.passes.canvas import ADDED, Canvas, blended, drawing_in
 from shadowatmo.passes.constants import (
     medium_defines,
     medium_uniforms,
@@ -20,7 +18,6 @@ from shadowatmo.passes.constants import (
     transmittance_defines,
 )
 from shadowatmo.passes.eclipse import eclipse_inputs, moon_discs
-from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.march import march_method
 from shadowatmo.passes.multiple import multiple_uniforms
 from shadowatmo.passes.multiple_view import goes_by_cells, view_defines, view_uniforms
@@ -31,8 +28,9 @@ from shadowatmo.passes.table_build import inscatter_samplers
 from shadowatmo.passes.table_probe import TABLE_METHODS
 from shadowatmo.passes.terminator import terminator_inputs
 from shadowatmo.passes.transmittance import table_samplers
-from shadowatmo.passes.widths import has_long_paths
+from shadowatmo.passes.widths import cuts_inputs, has_long_paths
 from shadowatmo.quality import PATH_METHODS
+from shadowatmo.screen import frame_around
 
 # by class: no air, one lit piece, one lit piece and a shadow, a shadow between two lit pieces
 CLASS_FEATURES = (
@@ -53,20 +51,30 @@ class AtmosphereComposite(RenderPass):
     name = "atmosphere"
     inputs = ("cuts", "class")
     outputs = ("color",)
+    blends = False  # every pixel of the window is written: classes are drawn by a depth test, also that without air
 
     def __init__(self, ctx, size):
         super().__init__(ctx, size)
-        self.target = None
+        self.canvas = None
 
     def draw(self, view, textures, sun, first):
-        if self.target is None:
-            self.target = self.own(Target(self.ctx, self.size, color=("rgba32f",), depth=textures["class"]))
-        self.target.framebuffer.use()
-        seen, air, class_features = composite_inputs(view, textures, sun, first)
-        seen[2]["u_cuts"] = textures["cuts"]
-        if not first:
-            self.ctx.enable(moderngl.BLEND)
-            self.ctx.blend_func = moderngl.ONE, moderngl.ONE, moderngl.ZERO, moderngl.ONE
+        if self.canvas is None:
+            self.canvas = self.own(Canvas(self.ctx, self.size, textures["class"]))
+        window, disc = view.windows(sun)
+        inputs = composite_inputs(view, textures, sun, first)
+        if first:
+            prepare(self, self.canvas, window, inputs[0][2].get("u_background"))
+        self.canvas.mark(window, disc)
+        if window is not None:
+            with blended(self.ctx, None if first else ADDED), drawing_in(self.canvas.framebuffer, window):
+                self._draw_classes(view, textures, sun, inputs)
+        if disc is not None:
+            draw_disc(self, self.canvas, disc, inputs[0], cuts_inputs(view, textures, sun))
+        textures["color"] = self.canvas.color
+
+    def _draw_classes(self, view, textures, sun, inputs):
+        seen, air, class_features = inputs
+        seen = joined(seen, ({}, {}, {"u_cuts": textures["cuts"]}))
         if view.has_terminator(sun):
             class_features = (*class_features, HIGH_SUN_CLASS)
         with depth_test(self.ctx, "=="):
@@ -77,9 +85,29 @@ class AtmosphereComposite(RenderPass):
                 own = features, {"u_class": number}, {}
                 inputs = joined(seen, air, disc, own) if features else joined(seen, own)
                 self.fullscreen("atmosphere.frag", *inputs, vertex="class.vert")
-        self.ctx.disable(moderngl.BLEND)
-        self.ctx.blend_func = moderngl.ONE, moderngl.ZERO
-        textures["color"] = self.target.color[0]
+
+
+def prepare(render_pass, canvas, window, background):
+    """Write what a picture of our own has around a window that will be written whole: a background, or nothing."""
+    if background is None:
+        canvas.clear(kept=window)
+        return
+    for part in frame_around(window, canvas.size):
+        with drawing_in(canvas.framebuffer, part):
+            render_pass.fullscreen("copy.frag", {"HAS_NO_ALPHA": True}, {}, {"u_color": background})
+    canvas.mark((0, 0, *canvas.size))
+
+
+def draw_disc(render_pass, canvas, window, seen, cuts):
+    """Add a sun's disc where no air stands before it: `seen` as composite_inputs has it, `cuts` as cuts_inputs."""
+    own = {"HAS_SOLVED_CUTS": True}, {}, {}
+    with blended(render_pass.ctx, ADDED), drawing_in(canvas.framebuffer, window):
+        render_pass.fullscreen("atmosphere.frag", *joined((without_background(seen), seen[1], {}), cuts, own))
+
+
+def without_background(inputs) -> dict:
+    """Return the defines of inputs without that of a background, be it read or blended."""
+    return {name: value for name, value in inputs[0].items() if name not in ("HAS_BACKGROUND", "HAS_IN_PLACE")}
 
 
 def joined(*inputs) -> tuple[dict, dict, dict]:
@@ -136,17 +164,12 @@ def composite_inputs(view, textures, sun, first) -> tuple[tuple, tuple, tuple]:
 
 
 def sun_disc_uniforms(view, sun) -> dict:
-    """Return the uniforms of sun_disc.glsl: the disc's mean radiance is the irradiance over its solid angle.
-
-    The disc stands where the camera sees it, as the moons before it do, which is not quite where all light comes from.
-    """
-    toward = sun.distance * np.array(sun.direction) - view.position
-    distance = float(np.linalg.norm(toward))
-    sine = min(sun.radius / max(distance, 1e-30), 1.0)
+    """Return the uniforms of sun_disc.glsl: the disc's mean radiance is the irradiance over its solid angle."""
+    toward, sine = view.sun_seen(sun)
     center = 1.0 / (math.pi * sine * sine * (1.0 - sun.limb_darkening / 3.0))
     return {
         "u_sun_disc": (sine, sun.limb_darkening, center),
-        "u_sun_toward": toward / max(distance, 1e-30),
+        "u_sun_toward": toward,
         "u_pixel_angle": view.pixel_angle,
     }
 

@@ -28,6 +28,7 @@ class ConeDepths:
     outer : moderngl.Texture
         Two 32-bit float channels: where the ray enters the outer cone and where it leaves it, distances from the camera
         [m]; 0 and 0 where it does not, 0 first for a camera inside. The penumbra is what of it lies in no other cone.
+        From far away they have a float's digits of the camera's distance: 64 m at 1e9 m.
     umbra, antumbra : moderngl.Texture or None
         The same; None for a cone that ends before the air, or begins behind it.
     """
@@ -53,17 +54,17 @@ class ConeDepth(RenderPass):
         reached = reaching_cones(view.scene.atmosphere, sun, moon)
         target = self.own(Target(self.ctx, self.size, color=("rg32f",) * len(reached)))
         axis, _ = cone_axis(sun, moon)
-        relative = view.position - np.array(moon.center)
+        along = float(-np.array(moon.center) @ axis)  # m, from the moon to the point nearest to the planet's center
         defines = {"HAS_FAR_CAMERA": True} if view.is_far else {}
         uniforms = {
             **view.camera_uniforms(),
             "u_cone_axis.direction": axis,
-            "u_cone_axis.off": np.cross(relative, axis),
-            "u_cone_axis.z": relative @ axis,
-            "u_body_radius": moon.radius,
+            "u_cone_axis.off": np.cross(view.position, axis),
+            "u_cone_axis.z": view.position @ axis,
+            "u_cone_aside": np.cross(moon.center, axis),
         }
         for layer, (name, cone) in enumerate(reached.items()):
-            uniforms |= cone_uniforms(f"u_{name}", cone)
+            uniforms |= cone_uniforms(f"u_{name}", cone.moved(along))
             if name != "outer":
                 defines |= {f"HAS_{name.upper()}": True, f"{name.upper()}_LAYER": layer}
         target.framebuffer.use()

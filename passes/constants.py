@@ -8,13 +8,16 @@ from shadowatmo.extremes import (
     closed_form_holds,
     dominant_layer,
     has_curved_ozone,
+    has_dense_top,
+    has_opaque_ozone,
     is_deep,
+    is_small,
     is_thick,
     reach_altitude,
 )
 from shadowatmo.quadrature import cumulative_matrix, gauss_legendre
 from shadowatmo.ray import k_of
-from shadowatmo.segments import nodes_for
+from shadowatmo.segments import gap_nodes_for, nodes_for
 from shadowatmo.shadow import cylinder, umbra_cone
 from shadowatmo.transmittance import COLUMN_NODES, ozone_altitudes, ozone_levels, ozone_ramps
 
@@ -66,7 +69,10 @@ def medium_defines(atmosphere) -> dict:
         "HAS_CURVED_OZONE": has_ozone(atmosphere) and has_curved_ozone(atmosphere),
         "HAS_NO_AEROSOLS": not any(atmosphere.mie_extinction),
         "HAS_DEEP_SHELL": is_deep(atmosphere),
+        "HAS_SMALL_PLANET": is_small(atmosphere),
         "HAS_THICK_AIR": is_thick(atmosphere),
+        "HAS_DENSE_TOP": has_dense_top(atmosphere),
+        "HAS_OPAQUE_OZONE": has_ozone(atmosphere) and has_opaque_ozone(atmosphere),
     }
     count = {} if closed_form_holds(atmosphere) else {"COLUMN_COUNT": COLUMN_NODES}
     return {name: True for name, wanted in features.items() if wanted} | count
@@ -93,8 +99,10 @@ def column_uniforms(count) -> dict:
 
 def segment_defines(quality, atmosphere=None) -> dict:
     """Return the quadrature constants of segments.glsl; an atmosphere may ask for more nodes than the quality."""
-    count = quality.nodes if atmosphere is None else nodes_for(atmosphere, quality.nodes)
-    return dict(_quadrature_defines(count, quality.gap_nodes))
+    counts = quality.nodes, quality.gap_nodes
+    if atmosphere is not None:
+        counts = nodes_for(atmosphere, counts[0]), gap_nodes_for(atmosphere, counts[1])
+    return dict(_quadrature_defines(*counts))
 
 
 @lru_cache(maxsize=64)

@@ -13,7 +13,8 @@ class Frame:
     Attributes
     ----------
     color : moderngl.Texture
-        Linear HDR, RGBA 32-bit float: radiance, and in alpha how much of the background the air hides.
+        Linear HDR, RGBA 32-bit float: radiance, and in alpha how much of the background the air hides. Composed in
+        place it is a copy of the host's texture, whose alpha stays the host's.
     depth : moderngl.Texture
         Distance [m] along the pixel's ray to whatever solid is there, inf for none; R 32-bit float.
     lit_width, shadow_width : moderngl.Texture
@@ -22,8 +23,9 @@ class Frame:
 
     Notes
     -----
-    Fields other than the color are worked out when they are first asked for. With a tolerance above 0 that means from
-    the depth that `compose` was given, which must still be what it was.
+    Fields other than the color are worked out when they are first asked for. With a tolerance above 0, or where a part
+    of the frame shows no air, that means from the depth that `compose` was given, which must still be what it was. So
+    must be a color that was composed in place.
     """
 
     def __init__(self, renderer, number, textures):
@@ -42,8 +44,7 @@ class Frame:
 
     @property
     def color(self):
-        self._check_current()
-        return self._textures["color"]
+        return self._field("color")
 
     @property
     def depth(self):

@@ -27,12 +27,14 @@ class Gallery:
         Width and height of the pictures [pixels].
     quality : Quality or str
         Effort; a picture may change single fields of it.
+    samples : int
+        Rays along each side of a pixel of the pictures in color; 1 leaves steps along hard edges.
     cache, progress
         As of Renderer.
     """
 
-    def __init__(self, ctx, size, quality="balanced", *, cache=True, progress=None):
-        self.ctx, self.size, self.quality = ctx, size, as_quality(quality)
+    def __init__(self, ctx, size, quality="balanced", *, samples=1, cache=True, progress=None):
+        self.ctx, self.size, self.quality, self.samples = ctx, size, as_quality(quality), samples
         self._tables = {"cache": cache, "progress": progress}
         self._renderers = {}
 
@@ -46,16 +48,22 @@ class Gallery:
         """
         if picture.style == "fisheye":
             return self._fisheye(picture)
-        frame = self._frame(picture, picture.quality)
         if picture.style == "color":
-            exposure = _exposure(picture, frame.numpy())
-            image = frame.image(exposure)
-            if picture.left is not None:
-                other = self._frame(picture, {**picture.quality, **picture.left}).image(exposure)
-                image.paste(left_half(other))
-            return image
+            return self._color(picture).reduce(self.samples)
+        frame = self._frame(picture, picture.quality)
         widths = (frame.read(name)[..., 0] for name in ("lit_width", "shadow_width"))
         return widths_image(*widths, left_half(frame.image(picture.exposure)) if picture.style == "split" else None)
+
+    def _color(self, picture) -> Image.Image:
+        """Return a picture before its samples are averaged: as the eye does, after the tone curve."""
+        size = tuple(self.samples * n for n in self.size)
+        frame = self._frame(picture, picture.quality, size)
+        exposure = _exposure(picture, frame.numpy())
+        image = frame.image(exposure)
+        if picture.left is not None:
+            other = self._frame(picture, {**picture.quality, **picture.left}, size).image(exposure)
+            image.paste(left_half(other))
+        return image
 
     def _fisheye(self, picture) -> Image.Image:
         """Return the sky above a picture's camera."""

@@ -1,5 +1,7 @@
 """The renderer: plans the passes that a scene needs, runs them in order, and hands out the frame."""
 
+from contextlib import ExitStack
+
 import numpy as np
 
 from shadowatmo.cache import TableCache
@@ -10,12 +12,14 @@ from shadowatmo.multiple_recipes import RECIPES
 from shadowatmo.passes.adaptive import AdaptiveComposite
 from shadowatmo.passes.atmosphere import AtmosphereComposite
 from shadowatmo.passes.atmosphere_back_depth import AtmosphereBackDepth
+from shadowatmo.passes.canvas import Canvas, color_mask, draws_into, has_dual_source, host_canvas, shares
 from shadowatmo.passes.cone_depth import ConeDepth
 from shadowatmo.passes.eclipse import Eclipse
 from shadowatmo.passes.eclipse_multiple import EclipseMultiple
 from shadowatmo.passes.eclipse_view import EclipseView
 from shadowatmo.passes.frame import Frame
 from shadowatmo.passes.gl.context import check_alive
+from shadowatmo.passes.gl.functions import gl_functions
 from shadowatmo.passes.gl.state import preserve_state
 from shadowatmo.passes.gl.textures import check_size
 from shadowatmo.passes.multiple import MultipleScattering
@@ -33,7 +37,7 @@ from shadowatmo.passes.transmittance import TransmittanceTable
 from shadowatmo.passes.view import View
 from shadowatmo.passes.widths import Field, Widths, check_convention
 from shadowatmo.plan import Plan
-from shadowatmo.quality import as_quality
+from shadowatmo.quality import Quality, as_quality
 from shadowatmo.scene import Scene
 from shadowatmo.validation import instance, integer, number
 
@@ -74,10 +78,10 @@ class Renderer:
         self._progress = progress
         self._table_budget = table_budget and number("table_budget", table_budget, low=0, open_low=True, high=1e6)
         self.ctx = ctx
-        self.quality = as_quality(quality)
+        self._quality = as_quality(quality)
         self.size = check_size(ctx, size)
         self.frame_number = 0
-        self._passes, self._closed = {}, False
+        self._passes, self._closed, self._blends = {}, False, has_dual_source(ctx)
         self.scene = scene
         with preserve_state(ctx):
             try:
@@ -105,6 +109,11 @@ class Renderer:
         with preserve_state(self.ctx):
             self._make_passes()
 
+    @property
+    def quality(self) -> Quality:
+        """Method and effort; another one needs another renderer."""
+        return self._quality
+
     def _make_passes(self):
         depth_format = "d32f" if self.quality.depth_bits == 32 else "d24"
         makers = {
@@ -123,7 +132,7 @@ class Renderer:
             "atmosphere_back_depth": lambda: AtmosphereBackDepth(self.ctx, self.size, depth_format),
             "widths": lambda: Widths(self.ctx, self.size),
             "atmosphere": lambda: AtmosphereComposite(self.ctx, self.size),
-            "adaptive": lambda: AdaptiveComposite(self.ctx, self.size),
+            "adaptive": lambda: AdaptiveComposite(self.ctx, self.size, self._blends),
         }
         for step in self.plan.steps:
             if step.name not in self._passes:
@@ -150,7 +159,7 @@ class Renderer:
     @property
     def plan(self) -> Plan:
         """The passes that `render` runs, each with its reason, and what was left out and why."""
-        return make_plan(self.scene, self.quality)
+        return make_plan(self.scene, self.quality, self._blends)
 
     def render(self, camera) -> Frame:
         """Draw the scene as the camera sees it and return the frame.
@@ -173,7 +182,9 @@ class Renderer:
         camera : Camera
             The one that the host drew with.
         target : moderngl.Framebuffer, optional
-            Also draw the composed linear color into it. Its size must be the renderer's.
+            Also draw the composed linear color into it. Its size must be the renderer's. Where its color is `color`
+            itself, alpha stays the host's, and with a tolerance above 0 the air is blended into what is there: nothing
+            is copied, and pixels without air keep every bit.
 
         Raises
         ------
@@ -262,17 +273,22 @@ class Renderer:
         self._check_open()
         instance("camera", camera, Camera, "a Camera")
         view = View(self.scene, self.quality, camera, self.size)
-        with preserve_state(self.ctx):
-            textures = self._run(view, dict(textures))
-            if target is not None:
-                self._copy(textures["color"], target)
+        with preserve_state(self.ctx), ExitStack() as stack:
+            textures = dict(textures)
+            if target is not None and self._composite.blends and draws_into(self.ctx, target, textures["background"]):
+                textures["canvas"] = stack.enter_context(host_canvas(self.ctx, textures["background"]))
+            textures = self._run(view, textures)
+            if textures.pop("canvas", None) is not None and target is not None:
+                textures["composed"] = textures.pop("color")
+            elif target is not None:
+                self._copy(textures["color"], target, keeps_alpha=shares(self.ctx, target, textures["background"]))
         self.frame_number += 1
         return Frame(self, self.frame_number, textures)
 
     def _run(self, view, textures) -> dict:
         """Draw all passes of a view and return every texture by name."""
-        composed, composite = "host_depth" in textures, self._passes[composite_name(self.quality)]
-        self._view = view
+        composed, composite = "host_depth" in textures, self._composite
+        self._view, in_view = view, view.air_window is not None
         for name in ("transmittance", "table3d", "table4d", "multiple"):
             if name in self._passes:
                 self._passes[name].draw(self.scene.atmosphere, textures)
@@ -281,6 +297,8 @@ class Renderer:
         if "eclipse_multiple" in self._passes:
             self._passes["eclipse_multiple"].draw(self.scene, textures)
         if "planet" in self._passes and not composed:
+            if self.scene.surface is not None and composite.blends:
+                textures["canvas"] = composite.canvas
             self._passes["planet"].draw(view, textures)
             if "planet_color" in textures:
                 textures["background"] = textures["planet_color"]
@@ -288,26 +306,45 @@ class Renderer:
             self._passes["atmosphere_back_depth"].draw(view, textures)
         # The first sun comes last, so that the textures of widths that remain are its own.
         for place, sun in enumerate(reversed(self.scene.suns)):
-            for name in ("shadow_back_depth", "shadow_front_depth", "widths"):
+            for name in ("shadow_back_depth", "shadow_front_depth"):
                 if name in self._passes:
                     self._passes[name].draw(view, textures, sun)
-            if "table4d_view" in self._passes:
+            window = view.windows(sun)[0] or (0, 0, 0, 0)
+            if "widths" in self._passes:
+                self._passes["widths"].draw(view, textures, sun, window)
+            if "table4d_view" in self._passes and in_view:
                 self._passes["table4d_view"].draw(view, textures, sun)
-            if "eclipse_view" in self._passes:
+            if "eclipse_view" in self._passes and in_view:
                 self._passes["eclipse_view"].draw(view, textures, sun)
-            if "multiple_view" in self._passes and "multiple_table" in textures:
+            if "multiple_view" in self._passes and in_view and "multiple_table" in textures:
                 self._passes["multiple_view"].draw(view, textures, sun, RECIPES[self.quality.multiple])
             composite.draw(view, textures, sun, first=place == 0)
+        if window != (0, 0, *self.size):
+            textures.pop("cuts", None)  # it holds a part of the frame
         return textures
 
-    def _copy(self, texture, framebuffer):
+    @property
+    def _composite(self):
+        return self._passes[composite_name(self.quality)]
+
+    def _copy(self, texture, framebuffer, keeps_alpha=False):
         framebuffer.use()
-        self._passes[composite_name(self.quality)].fullscreen("copy.frag", {}, {}, {"u_color": texture})
+        if keeps_alpha:
+            gl_functions(self.ctx).ColorMask(*color_mask(framebuffer)[:3], False)
+        self._composite.fullscreen("copy.frag", {}, {}, {"u_color": texture})
 
     def field(self, name, textures):
-        """Return the texture of a field of the frame just drawn: "depth", "lit_width" or "shadow_width"."""
+        """Return the texture of a field of the frame just drawn: "depth", "lit_width" or "shadow_width".
+
+        "color" where it was composed in place.
+        """
         self._check_open()
         with preserve_state(self.ctx):
+            if name == "color":
+                if "composed" not in self._passes:
+                    self._passes["composed"] = Canvas(self.ctx, self.size)
+                self._copy(textures["composed"], self._passes["composed"].framebuffer)
+                return self._passes["composed"].color
             if "cuts" not in textures:  # pass 5 went without
                 if "late_widths" not in self._passes:
                     self._passes["late_widths"] = Widths(self.ctx, self.size)

@@ -8,6 +8,7 @@ import numpy as np
 from shadowatmo.eclipse_multiple import RATIO_RECIPES
 from shadowatmo.multiple_recipes import RECIPES
 from shadowatmo.passes.base import RenderPass, depth_test
+from shadowatmo.passes.canvas import Canvas
 from shadowatmo.passes.constants import (
     cone_uniforms,
     medium_defines,
@@ -50,9 +51,8 @@ class Planet(RenderPass):
         super().__init__(ctx, size)
         self.geometry = self.own(Target(ctx, size, color=("r32f",), depth=depth_format))
         self.reversed = depth_format == "d32f"
-        self.target, self.maps, self._relief, self._fans = None, None, None, {}
+        self.canvas, self.maps, self._relief, self._fans = None, None, None, {}
         if surface is not None:
-            self.target = self.own(Target(ctx, size, color=("rgba32f",)))
             self.maps = self.own(SurfaceMaps.acquire(ctx, surface))
         if self.maps is not None and self.maps.relief is not None:
             self._relief = self.own(Relief(ctx, self.maps))
@@ -65,8 +65,9 @@ class Planet(RenderPass):
             textures["planet_depth"] = self.geometry.depth
         if self.maps is None:
             return
-        self.target.framebuffer.use()
-        self.target.framebuffer.clear()
+        canvas = textures.get("canvas") or self._own_canvas()
+        canvas.clear()
+        canvas.mark(view.air_window)
         self.ctx.enable(moderngl.BLEND)  # the light of several suns adds up
         self.ctx.blend_func = moderngl.ONE, moderngl.ONE
         for sun in view.scene.suns:
@@ -77,7 +78,13 @@ class Planet(RenderPass):
             self._draw_fan("planet.frag", view, self.highest_in_view(view), defines, uniforms, samplers)
         self.ctx.disable(moderngl.BLEND)
         self.ctx.blend_func = moderngl.ONE, moderngl.ZERO
-        textures["planet_color"] = self.target.color[0]
+        textures["planet_color"] = canvas.color
+
+    def _own_canvas(self):
+        """Return the picture for composites that read the surface and write another one."""
+        if self.canvas is None:
+            self.canvas = self.own(Canvas(self.ctx, self.size))
+        return self.canvas
 
     def highest_in_view(self, view) -> float:
         """Altitude [m] of the highest relief that is drawn displaced for a view."""

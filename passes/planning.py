@@ -54,8 +54,11 @@ def hard_terminator(scene, quality) -> bool:
     return quality.method != "segments" and any(sun.disc_at_terminator for sun in scene.suns)
 
 
-def make_plan(scene, quality) -> Plan:
-    """Return the passes that `Renderer.render` runs for a scene at a quality, in order, with their reasons."""
+def make_plan(scene, quality, blends=True) -> Plan:
+    """Return the passes that `Renderer.render` runs for a scene at a quality, in order, with their reasons.
+
+    `blends` says whether the context can blend by two outputs of a shader.
+    """
     textured, shape = quality.depth == "textures", quality.shadow
     steps, left_out = [], []
 
@@ -135,7 +138,12 @@ def make_plan(scene, quality) -> Plan:
     inputs = (*background, *(MultipleView.outputs if gathered else ()))
     if adaptive:
         smooth = f"at the corners of tiles, interpolated where second differences are below {quality.tolerance:g}"
-        add(True, AdaptiveComposite, f"{how}, {smooth} ({suns})", "", (*cutting, *inputs))
+        where = "in the window of the frame that may show air"
+        if (otherwise := why_not_in_place(scene, blends)) is None:
+            where += ", blended into the planet's color in place"
+        else:
+            left_out.append(Step("in_place", otherwise))
+        add(True, AdaptiveComposite, f"{how}, {smooth}, {where} ({suns})", "", (*cutting, *inputs))
     add(not adaptive, AtmosphereComposite, f"{how} ({suns})", tiles, (*AtmosphereComposite.inputs, *inputs))
     if hard_terminator(scene, quality):
         left_out.append(Step("disc_at_terminator", _HARD.format(quality.method)))
@@ -144,6 +152,15 @@ def make_plan(scene, quality) -> Plan:
         left_out.append(Step(ConeDepth.name, cones))
     left_out.append(Step(Tonemap.name, "runs when a picture is asked for; frames are scene-linear"))
     return Plan(tuple(steps), tuple(left_out), quality.budget)
+
+
+def why_not_in_place(scene, blends) -> str | None:
+    """Return why `render` does not blend the air into the picture of what stands behind it; None: it does."""
+    if not blends:
+        return "this context cannot blend by two outputs of a shader: the background is read, and the window written"
+    if scene.surface is None:
+        return "nothing stands behind the air; compose() blends where its target has the host's own color"
+    return None
 
 
 def cones_in_words(scene) -> str:

@@ -41,7 +41,7 @@ from shadowatmo.passes.transmittance import TransmittanceTable, table_samplers
 from shadowatmo.quality import as_quality
 from shadowatmo.ray import ray_from_points
 from shadowatmo.rays import ProbeResult, Rays
-from shadowatmo.segments import nodes_for
+from shadowatmo.segments import gap_nodes_for, nodes_for
 
 ENDS = np.array(["miss", "top", "ground", "t_max"])  # by the code that probe.frag writes
 COLUMNS = 1024  # rays side by side in the textures that carry them
@@ -215,7 +215,7 @@ class _Probe:
             return self._marched(found, textures, moons) if quality.method == "march" else found
         recipe = RECIPES[quality.multiple]
         multiple_scattering(self.ctx, quality.multiple).draw(atmosphere, self.tables)
-        counts = nodes_for(atmosphere, quality.nodes), quality.gap_nodes
+        counts = nodes_for(atmosphere, quality.nodes), gap_nodes_for(atmosphere, quality.gap_nodes)
         defines |= {**multiple_defines(recipe), **path_defines(*counts), "HAS_AUREOLE": True}
         uniforms |= multiple_uniforms(atmosphere)
         textures |= multiple_samplers(self.tables)

@@ -10,9 +10,13 @@ from shadowatmo.passes.gl.context import check_alive
 from shadowatmo.passes.gl.source import VERSION_LINE, compose_source
 from shadowatmo.passes.gl.state import preserve_state
 from shadowatmo.passes.gl.textures import Target
+from shadowatmo.passes.terminator import terminator_uniforms
+from shadowatmo.passes.terminator_moons import terminator_moons_inputs
 from shadowatmo.passes.widths import host_depth_inputs
 from shadowatmo.scene import Scene
 from shadowatmo.validation import instance, integer
+
+GL_INT = 0x1404
 
 
 class SunVisibility(RenderPass):
@@ -28,14 +32,25 @@ class SunVisibility(RenderPass):
 
     def draw(self, view, textures, sun):
         host = host_depth_inputs(view, textures)
-        moons = eclipse_inputs(sun, textures)
-        uniforms = {**view.depth_uniforms(), **view.axis_uniforms(sun), **host[1], **moons[1]}
-        if moons[0]:
+        seen, uniforms, samplers = visible_sun_inputs(sun, textures)
+        if "HAS_ECLIPSE" in seen:
             uniforms["u_camera_position"] = view.position
+        uniforms |= {**view.depth_uniforms(), **view.axis_uniforms(sun), **host[1]}
         self.target.framebuffer.use()
-        defines = {**view.defines(), **host[0], **moons[0]}
-        self.fullscreen("sun_visibility.frag", defines, uniforms, {**host[2], **moons[2]})
+        defines = {**view.defines(), **host[0], **seen}
+        self.fullscreen("sun_visibility.frag", defines, uniforms, {**host[2], **samplers})
         textures["sun_visibility"] = self.target.color[0]
+
+
+def visible_sun_inputs(sun, textures) -> tuple[dict, dict, dict]:
+    """Return defines, uniforms and samplers of sunlit.glsl for one sun."""
+    moons, discs = eclipse_inputs(sun, textures), terminator_moons_inputs(sun, textures)
+    defines = {**moons[0], **discs[0]}
+    if sun.disc_at_terminator:
+        defines["HAS_TERMINATOR"] = True
+    if discs[0]:
+        defines["HAS_NO_AIR"] = True
+    return defines, {**moons[1], **discs[1], **terminator_uniforms(sun)}, dict(moons[2])
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,17 +115,19 @@ def visibility_source(ctx, scene, sun=0) -> VisibilitySource:
     tables, textures = Eclipse(ctx), {}
     with preserve_state(ctx):
         tables.draw(scene, textures)
-    defines, uniforms, samplers = eclipse_inputs(star, textures)
+    defines, uniforms, samplers = visible_sun_inputs(star, textures)
     composed = compose_source("host_visibility.frag", defines, optional=defines)
     # A host's compiler counts its own lines.
     lines = [line for line in composed.text.splitlines() if line != VERSION_LINE and not line.startswith("#line")]
-    uniforms = {**uniforms, "u_planet": (*star.direction, scene.atmosphere.bottom_radius)}
+    uniforms |= {"u_planet": (*star.direction, scene.atmosphere.bottom_radius)}
+    if star.disc_at_terminator:
+        uniforms["u_bottom_radius"] = scene.atmosphere.bottom_radius
     return VisibilitySource("\n".join(lines) + "\n", uniforms, samplers, tables)
 
 
 def _glsl_bytes(value, uniform) -> bytes:
     """Return a value as a moderngl.Uniform takes it, an array cut to what the driver kept of it."""
-    array = np.asarray(value, dtype=np.float32)
+    array = np.asarray(value, dtype=np.int32 if uniform.gl_type == GL_INT else np.float32)
     if array.shape == (3, 3) and uniform.dimension == 9:
         array = array.T
     elif uniform.array_length > 1:

@@ -1,4 +1,4 @@
-"""A surface's images as textures: color decoded from sRGB by the texture unit, relief as slopes and altitude."""
+"""A surface's images as textures: color decoded from sRGB by the texture unit, relief as slopes, altitude and sea."""
 
 import moderngl
 import numpy as np
@@ -32,7 +32,7 @@ class SurfaceMaps:
             if color is not None:
                 opaque = np.dstack([color, np.full(color.shape[:2], 255, np.uint8)])
                 self.color = self._texture(opaque, "f1", SRGB8_ALPHA8)
-            if height is not None and height.any():
+            if height is not None and (height.any() or surface.sea):
                 self.highest = float(height.max())
                 self.relief = self._texture(relief(height), "f4", None)
         except BaseException:
@@ -79,7 +79,7 @@ class SurfaceMaps:
 
 
 def relief(height, radius=6.36e6) -> np.ndarray:
-    """Return (rows, columns, 3) float32: slope to the east, slope to the north, altitude [m] of an altitude map [m].
+    """Return (rows, columns, 4) float32 of an altitude map [m]: slopes to the east and north, altitude [m], 1 on sea.
 
     Central differences on the sphere of `radius` [m]; longitudes wrap. Slopes near the poles, where columns crowd, are
     taken over at least the spacing at 85 degrees.
@@ -90,4 +90,4 @@ def relief(height, radius=6.36e6) -> np.ndarray:
     east = (np.roll(height, -1, axis=1) - np.roll(height, 1, axis=1)) / (2.0 * spacing[:, None])
     padded = np.pad(height, ((1, 1), (0, 0)), mode="edge")
     north = (padded[:-2] - padded[2:]) / (2.0 * np.pi * radius / rows)
-    return np.dstack([east, north, height]).astype(np.float32)
+    return np.dstack([east, north, height, height <= 0.0]).astype(np.float32)

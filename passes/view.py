@@ -10,11 +10,13 @@ from shadowatmo.parameters import Sun
 from shadowatmo.passes.constants import air_uniforms, cone_uniforms, shadow_cone
 from shadowatmo.quality import Quality
 from shadowatmo.scene import Scene
+from shadowatmo.screen import around, in_steps, meet, sphere_window
 from shadowatmo.shadow import Cone
 from shadowatmo.terminator import night_cone
 
 REVERSED_NEAR = 1e-3  # m, where our reversed depth reaches 1; with a float's range it costs no precision to be so small
 COARSEST, REMOTE_STEP = 2.0**-24, 5e-4  # a float's step; the step, as a share of the air's depth, that is too coarse
+AIR_MARGIN = 1e-5  # of the top's radius, by which float32 may see air beside it
 FAR_RADII = 2.0  # distance from the center, in ground radii, beyond which the tangent point comes from the moment
 
 
@@ -70,6 +72,42 @@ class View:
     def is_inside(self) -> bool:
         """Whether the camera is inside the air, beyond the doubt of float32."""
         return self.altitude < (1.0 - 1e-5) * self.scene.atmosphere.thickness
+
+    @cached_property
+    def air_window(self) -> tuple[int, int, int, int] | None:
+        """Window (left, bottom, right, top) of the pixels that may look through air, see screen.py; None: none do."""
+        top = (1.0 + AIR_MARGIN) * self.scene.atmosphere.top_radius
+        return sphere_window(self.camera, self.size, -self.position, top)
+
+    def sun_seen(self, sun: Sun) -> tuple[np.ndarray, float]:
+        """Return the unit vector (3,) from the camera to a sun's center and the sine of its disc's angular radius.
+
+        The disc stands where the camera sees it, as the moons before it do, which is not quite where all light comes
+        from.
+        """
+        toward = sun.distance * np.array(sun.direction) - self.position
+        distance = max(float(np.linalg.norm(toward)), 1e-30)
+        return toward / distance, min(sun.radius / distance, 1.0)
+
+    def disc_reach(self, sun: Sun) -> tuple[float, float, float, float]:
+        """Return the unit vector to a sun's disc and the sine of the angle that it takes, its soft edge included."""
+        toward, sine = self.sun_seen(sun)
+        return *toward, min(sine + self.pixel_angle, 1.0)
+
+    def windows(self, sun: Sun, step=1) -> tuple[tuple | None, tuple | None]:
+        """Return the window that may show air, in steps of pixels, and that of the sun's disc beside it; None: nothing.
+
+        A disc that touches the first window makes that one larger.
+        """
+        air, disc = self.air_window, None
+        if air is not None:
+            air = in_steps(air, step, self.size)
+        if self.scene.sun_disc:
+            *toward, sine = self.disc_reach(sun)
+            disc = sphere_window(self.camera, self.size, toward, sine)
+        if air is not None and disc is not None and meet(air, disc):
+            return in_steps(around(air, disc), step, self.size), None
+        return air, disc
 
     @cached_property
     def axes(self) -> np.ndarray:

@@ -3,10 +3,12 @@
 from shadowatmo.depth import CONVENTIONS
 from shadowatmo.errors import ParameterError
 from shadowatmo.passes.base import RenderPass, depth_test
+from shadowatmo.passes.canvas import drawing_in
 from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.multiple_view import is_high
 from shadowatmo.passes.terminator import dusk_uniforms, high_sun
 from shadowatmo.passes.terminator_moons import terminator_moons_inputs
+from shadowatmo.screen import area
 
 KINDS_OF_BUFFER = ("standard", "reversed", "logarithmic")  # what a depth attachment can hold
 # weights of distance, shadow's begin, shadow's end and far end in each field
@@ -25,7 +27,12 @@ class Widths(RenderPass):
         super().__init__(ctx, size)
         self.target = self.own(Target(ctx, size, color=("rgba32f",), depth="d32f"))
 
-    def draw(self, view, textures, sun):
+    def draw(self, view, textures, sun, window=None):
+        """Draw a frame, or a window (left, bottom, right, top) of it; an empty one means nothing."""
+        window = window or (0, 0, *self.size)
+        textures["cuts"], textures["class"] = self.target.color[0], self.target.depth
+        if not area(window):
+            return
         defines, uniforms, samplers = cuts_inputs(view, textures, sun)
         if view.quality.method == "table4d" and "inscatter" in textures:
             defines["HAS_OPEN_CLASS"] = True
@@ -34,10 +41,8 @@ class Widths(RenderPass):
         if view.has_terminator(sun):
             moons = bool(terminator_moons_inputs(sun, textures)[0])
             uniforms["u_high_sun"] = high_sun(view.scene.atmosphere, sun, moons)
-        self.target.framebuffer.use()
-        with depth_test(self.ctx, "1"):
+        with drawing_in(self.target.framebuffer, window), depth_test(self.ctx, "1"):
             self.fullscreen("widths.frag", defines, uniforms, samplers)
-        textures["cuts"], textures["class"] = self.target.color[0], self.target.depth
 
 
 def has_long_paths(view) -> bool:

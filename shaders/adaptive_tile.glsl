@@ -3,6 +3,7 @@
 
 uniform sampler2D u_tiles;
 uniform float u_kind;
+uniform ivec4 u_window;  // first tile, tiles across and up
 
 // Writes the vertex's place, and returns which tile it belongs to.
 ivec2 place_tile() {
@@ -16,7 +17,7 @@ ivec2 place_tile() {
   vec2 place = vec2(0.5);
   gl_PointSize = float(TILE_PIXELS);
 #endif
-  ivec2 tile = ivec2(number % count.x, number / count.x);
+  ivec2 tile = u_window.xy + ivec2(number % u_window.z, number / u_window.z);
   bool wanted = texelFetch(u_tiles, tile, 0).x == u_kind;
   gl_Position = wanted ? vec4(2.0 * (vec2(tile) + place) / vec2(count) - 1.0, 0.0, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
   return tile;

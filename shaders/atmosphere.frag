@@ -11,7 +11,7 @@ uniform sampler2D u_cuts;
 uniform sampler2D u_background;
 #endif
 
-out vec4 out_color;  // a: how much of the background the air hides
+#include "output.glsl"
 
 void main() {
   ivec2 texel = ivec2(gl_FragCoord.xy);
@@ -32,6 +32,10 @@ void main() {
 #ifdef HAS_AIR
   Scattered air = air_radiance(gl_FragCoord.xy, pixel, ray, vec4(0.0, cuts.yzw));
   out_color = vec4(air.transmittance * background + u_irradiance * air.radiance, opacity(air));
+#ifdef HAS_IN_PLACE
+  if (ray.air < 0.0 && background == vec3(0.0)) discard;  // what is there keeps its bits
+  out_passed = vec4(air.transmittance, 1.0);
+#endif
 #else
   out_color = vec4(background, 0.0);
 #endif

@@ -70,16 +70,21 @@ float base_height(Pixel pixel, Ray ray, Axis axis, float cosine) {
 #endif
 }
 
+// Its product base x axis [m]; normal = direction x axis.
+vec3 base_off(Pixel pixel, Ray ray, Axis axis, float cosine, vec3 normal) {
+#ifdef HAS_FAR_CAMERA
+  vec3 moment = pixel_moment(pixel);
+  return moment * cosine - pixel.direction * dot(moment, axis.direction) + ray.x * normal;
+#else
+  return axis.off + ray.start * normal;
+#endif
+}
+
 AxisRay pixel_axis_ray(Pixel pixel, Ray ray, Axis axis) {
   vec3 normal = cross(pixel.direction, axis.direction);
   AxisRay result;
   result.dz = dot(pixel.direction, axis.direction);
-#ifdef HAS_FAR_CAMERA
-  vec3 moment = pixel_moment(pixel);
-  vec3 off = moment * result.dz - pixel.direction * dot(moment, axis.direction) + ray.x * normal;
-#else
-  vec3 off = axis.off + ray.start * normal;
-#endif
+  vec3 off = base_off(pixel, ray, axis, result.dz, normal);
   result.z = base_height(pixel, ray, axis, result.dz);
   result.across = dot(normal, normal);
   result.drift = dot(off, normal);

@@ -5,4 +5,9 @@ uniform sampler2D u_color;
 
 out vec4 out_color;
 
-void main() { out_color = texelFetch(u_color, ivec2(gl_FragCoord.xy), 0); }
+void main() {
+  out_color = texelFetch(u_color, ivec2(gl_FragCoord.xy), 0);
+#ifdef HAS_NO_ALPHA
+  out_color.a = 0.0;
+#endif
+}

@@ -15,19 +15,30 @@ void main() {
   Pixel pixel = make_pixel((texel - u_cells.zw) / u_cells.xy);
   Ray ray = pixel_ray(pixel);
   vec3 direction = pixel.direction;
+  vec3 base = base_point(pixel, ray, u_camera_position);
 #ifdef HAS_HIGH_CELLS
   if (ray.air < 0.0) {
     // What the nearest ray sees that does not miss, for the pixels between the two.
-    vec3 closest = u_camera_position - min(dot(u_camera_position, direction), 0.0) * direction;
     float altitude = 0.5 * u_thickness;
-    direction = normalize(closest * ((u_bottom_radius + altitude) / length(closest)) - u_camera_position);
+#ifdef HAS_FAR_CAMERA
+    vec3 closest = cross(direction, pixel_moment(pixel));
+#else
+    vec3 closest = u_camera_position - min(dot(u_camera_position, direction), 0.0) * direction;
+#endif
+    closest *= (u_bottom_radius + altitude) / length(closest);
+    direction = normalize(closest - u_camera_position);
     ray = make_ray(dot(u_camera_position, direction), u_camera_k, altitude * (2.0 * u_bottom_radius + altitude));
+#ifdef HAS_FAR_CAMERA
+    base = closest + ray.x * direction;
+#else
+    base = u_camera_position + ray.start * direction;
+#endif
   }
 #endif
   float nu = clamp(-dot(direction, u_shadow_axis.direction), -1.0, 1.0);
-  vec2 sun = vec2(-u_shadow_axis.z + ray.start * nu, nu);
+  vec2 sun = vec2(-dot(base, u_shadow_axis.direction), nu);
   float far = max(cell_end(ray, slice), 1.0);
-  eclipse_base = u_camera_position + ray.start * direction;
+  eclipse_base = base;
   eclipse_direction = direction;
   vec3 kernel = aureole_kernel(nu);
   SinhMap map = make_map(ray, 0.0, far);

@@ -36,8 +36,8 @@ float map_level(sampler2D map, float distance, float slant) {
   return max(log2(footprint / texel), 0.0);
 }
 
-vec3 smooth_map(sampler2D map, vec2 uv, float level) {
+vec4 smooth_map(sampler2D map, vec2 uv, float level) {
   float lower = floor(level);
-  vec3 a = cubic_texture(map, uv, lower).xyz;
-  return level > 0.0 ? mix(a, cubic_texture(map, uv, lower + 1.0).xyz, level - lower) : a;
+  vec4 a = cubic_texture(map, uv, lower);
+  return level > 0.0 ? mix(a, cubic_texture(map, uv, lower + 1.0), level - lower) : a;
 }

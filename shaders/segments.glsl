@@ -102,7 +102,11 @@ SinhMap make_map(Ray ray, float near, float far) {
   SinhMap map;
   map.center = clamp(-ray.x - 0.45 * bump * log(1.0 + depth), near, far);
   float slope = (ray.x + lowest) / r;
+#ifdef HAS_SMALL_PLANET
+  float width = scale * inversesqrt(slope * slope + 0.5 * scale / r * (1.0 + scale / r));
+#else
   float width = scale * inversesqrt(slope * slope + 0.5 * scale / r);
+#endif
   map.width = length(vec2(0.9 * width, 0.5 * (map.center - lowest)));
 #ifdef HAS_THICK_AIR
   see_no_farther(ray, near, far, map);
@@ -118,9 +122,18 @@ SinhMap make_map(Ray ray, float near, float far) {
 
 // t and dt/ds of a node at s in 0..1.
 vec2 map_node(SinhMap map, float s) {
+#ifdef HAS_DENSE_TOP
+  // Beneath a dense top the sun's column grows with the square root of the depth: a cubic in s follows it at either end.
+  float stretch = 6.0 * s * (1.0 - s);
+  s *= s * (3.0 - 2.0 * s);
+  float e = exp(map.start + map.span * s);
+  float inverse = 1.0 / e;
+  return 0.5 * map.width * vec2(e - inverse, map.span * stretch * (e + inverse)) + vec2(map.center, 0.0);
+#else
   float e = exp(map.start + map.span * s);
   float inverse = 1.0 / e;
   return vec2(map.center + 0.5 * map.width * (e - inverse), 0.5 * map.width * map.span * (e + inverse));
+#endif
 }
 
 struct Inscatter {
@@ -154,7 +167,7 @@ void pass_gap(Ray ray, float near, float far, inout Inscatter sum) {
 
 // Inscatter and columns of a lit piece. `sun` = height of the base point above the terminator plane [m] and its
 // derivative along the ray, the cosine nu.
-void add_lit(Ray ray, vec2 sun, float near, float far, inout Inscatter sum) {
+void add_piece(Ray ray, vec2 sun, float near, float far, inout Inscatter sum) {
   SinhMap map = make_map(ray, near, far);
   vec2 steps[NODE_COUNT];
   float t[NODE_COUNT];
@@ -199,11 +212,24 @@ void add_lit(Ray ray, vec2 sun, float near, float far, inout Inscatter sum) {
   for (int i = 0; i < NODE_COUNT; ++i) sum.columns.xy += WEIGHTS[i] * steps[i];
 }
 
+void add_lit(Ray ray, vec2 sun, float near, float far, inout Inscatter sum) {
+#ifdef HAS_OPAQUE_OZONE
+  // A low sun lights the air above the layer alone: a kink at its upper end, where the piece leaves it, or else enters.
+  float half_chord = safe_sqrt(u_ozone_k.z - ray.tangent_k);
+  float middle = half_chord - ray.x;
+  if (middle <= near || middle >= far) middle = clamp(-half_chord - ray.x, near, far);
+  add_piece(ray, sun, near, middle, sum);
+  near = middle;
+#endif
+  add_piece(ray, sun, near, far, sum);
+}
+
 // The ozone of the whole path in one go: its column has a closed form, so the pieces need not carry it.
 void finish_columns(Ray ray, float end, inout Inscatter sum) {
 #ifdef HAS_OZONE
   vec3 crossings = ozone_crossings(ray.tangent_k);
-  sum.columns.z = ozone_to(ray.tangent_k, crossings, ray.x + end) - ozone_to(ray.tangent_k, crossings, ray.x);
+  float column = ozone_to(ray.tangent_k, crossings, ray.x + end) - ozone_to(ray.tangent_k, crossings, ray.x);
+  sum.columns.z = max(column, 0.0);  // beside the layer a difference of two equal numbers, but for their last digits
 #endif
 }
 

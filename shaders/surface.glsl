@@ -31,12 +31,10 @@ uniform vec3 u_ground_albedo;
 uniform sampler2D u_color_map;
 #endif
 #ifdef HAS_RELIEF
-uniform sampler2D u_relief_map;  // slope to the east, slope to the north, altitude [m]
+uniform sampler2D u_relief_map;  // slope to the east, slope to the north, altitude [m], share of sea
 #endif
 
 #ifdef HAS_WATER
-const float SEA_SHORE = 25.0;  // m; a level of an 8-bit height map
-
 // Light of sun and sky that the sea mirrors into the eye. to_eye = unit vector, level_light = irradiance of a level plane
 // by the sun, left = what the moons leave of multiple scattering.
 vec3 mirrored(vec3 up, vec3 to_eye, vec3 sun, vec3 level_light, vec3 left) {
@@ -68,12 +66,12 @@ vec3 ground_radiance(vec3 up, vec3 to_eye, float distance) {
   vec2 uv = map_coordinates(up);
   vec3 albedo = u_ground_albedo;
 #ifdef HAS_COLOR_MAP
-  albedo = smooth_map(u_color_map, uv, map_level(u_color_map, distance, slant));
+  albedo = smooth_map(u_color_map, uv, map_level(u_color_map, distance, slant)).rgb;
 #endif
   vec3 normal = up;
   float altitude = 0.0;
 #ifdef HAS_RELIEF
-  vec3 relief = smooth_map(u_relief_map, uv, map_level(u_relief_map, distance, slant));
+  vec4 relief = smooth_map(u_relief_map, uv, map_level(u_relief_map, distance, slant));
   vec3 east = normalize(vec3(-up.y, up.x, 0.0) + vec3(0.0, 1.0e-9, 0.0));
   normal = normalize(up - relief.x * east - relief.y * cross(up, east));
   altitude = max(relief.z, 0.0);
@@ -119,7 +117,8 @@ vec3 ground_radiance(vec3 up, vec3 to_eye, float distance) {
 #endif
   vec3 radiance = albedo / PI * light;
 #ifdef HAS_WATER
-  float sea = 1.0 - smoothstep(0.0, SEA_SHORE, relief.z);
+  // By the share, since smoothed altitudes reach out into the sea: an islet would shade two hundred kilometers of it.
+  float sea = smoothstep(0.25, 0.75, relief.w);
   radiance += sea * mirrored(up, to_eye, sun, level_light, left);
 #endif
   return u_irradiance * radiance;

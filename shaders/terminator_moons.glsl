@@ -5,8 +5,13 @@
 // held to what the moons' tables say of the whole disc. Lengths on the disc are in radii of the sun, a strip lies at the
 // height cos b. The twin is shadowatmo/terminator_moons.py.
 
+#ifdef HAS_NO_AIR
+#include "limb.glsl"
+#include "visibility.glsl"
+#else
 #include "terminator.glsl"
 #include "eclipse.glsl"
+#endif
 
 uniform float u_limb_darkening;
 uniform int u_strip_count;  // no constant: unrolled, the strips would take a driver long to compile
@@ -86,7 +91,11 @@ vec3 disc_visibility(vec3 p, float visible, float k, float y, vec2 incidence) {
     float square = angle * angle;
     float height = disc.height * (1.0 - square * (0.5 - square / 24.0)) + disc.across * angle * (1.0 - square / 6.0);
     vec2 strip = u_strip_rule[i].y * last * sin(b) * strip_light(discs, cos(b), sin(b));
+#ifdef HAS_NO_AIR
+    vec3 air = vec3(1.0);
+#else
     vec3 air = max(incidence.x + angle * incidence.y, 0.0) * transmittance_to_top(k, height);
+#endif
     passing += strip.x * air;
     light += strip.y * air;
     float below = rest * u_strip_rule[i].x;
@@ -95,8 +104,10 @@ vec3 disc_visibility(vec3 p, float visible, float k, float y, vec2 incidence) {
   return clamp(visible * (passing / light + LEAST_SHARE) / (all.x / all.y + LEAST_SHARE), 0.0, 1.0);
 }
 
+#ifndef HAS_NO_AIR
 // The same at the distance t [m] along a ray, for light in the air.
 vec3 disc_visibility_along(float t, float k, float y) {
   vec3 p = eclipse_base * u_sun_axes + t * (eclipse_direction * u_sun_axes);
   return disc_visibility(p, visibility_at(p), k, y, vec2(1.0, 0.0));
 }
+#endif

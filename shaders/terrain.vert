@@ -4,7 +4,7 @@
 
 #include "maps.glsl"
 
-uniform sampler2D u_relief_map;  // slope to the east, slope to the north, altitude [m]
+uniform sampler2D u_relief_map;  // slope to the east, slope to the north, altitude [m], share of sea
 
 in vec2 in_grid;  // ring in 0..1, azimuth in 0..1
 

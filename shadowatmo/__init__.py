@@ -29,6 +29,7 @@ _LAZY = {  # public name -> module that needs OpenGL, or is large
     "Renderer": "shadowatmo.passes.pipeline",
     "Frame": "shadowatmo.passes.frame",
     "sun_visibility": "shadowatmo.eclipse",
+    "visible_sun": "shadowatmo.sunlit",
     "Sky": "shadowatmo.ephemeris",
     "sky_at": "shadowatmo.ephemeris",
     "contacts": "shadowatmo.ephemeris",
@@ -41,6 +42,7 @@ __all__ = [
     "DepthConvention", "Frame", "Occluder", "ParameterError", "PassError", "Quality",
     "Renderer", "Ring", "Scene", "ShaderError", "ShadowAtmoError", "Sky", "Sun", "Surface", "TentLayer",
     "contacts", "open_context", "probe", "reference", "sky_at", "sun_visibility", "visibility_source",
+    "visible_sun",
 ]  # fmt: skip
 
 

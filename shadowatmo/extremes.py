@@ -11,7 +11,9 @@ RESOLVED = 25.0  # the same, above which a lit piece takes half as many nodes ag
 CLOSED_CURVATURE = 20.0  # ground radius over scale height below which the closed form of columns is wrong by a percent
 CLOSED_DEPTH = 4.0  # scale height over thickness above which the column beyond the top swamps the one below
 CURVED_OZONE = 40.0  # ground radius over the tent's half width below which its sides bend by more than 1e-3 over r^2
-EMPTY = 14.0  # scale heights, beyond those that make a layer thin, above which it no longer counts: 1e-6 of it
+DENSE_TOP = 0.3  # optical depth of a level ray just below the top above which light decays as exp(-sqrt(depth)) there
+OPAQUE_OZONE = 5.0  # optical depth of an absorbing layer along its own horizon above which its upper end is a kink
+EMPTY = 26.0  # scale heights, beyond those that make a layer thin, above which even at night it counts no more
 FAR_ABOVE = 8.0  # scale heights of the other layer that the nodes of the dominant one may reach
 
 
@@ -59,6 +61,30 @@ def is_thick(atmosphere) -> bool:
     return horizon_depth(atmosphere) > THICK
 
 
+def has_dense_top(atmosphere) -> bool:
+    """Whether thick air ends so abruptly that the light of a low sun is all in a hair beneath the top.
+
+    The sun's column there grows with the square root of the depth, which no polynomial over the depth follows.
+    """
+    if not is_thick(atmosphere):
+        return False
+    radius, thickness = atmosphere.top_radius, atmosphere.thickness
+    level = sum(
+        beta * math.exp(-thickness / height) * math.sqrt(0.5 * math.pi * min(height, thickness) * radius)
+        for height, beta, _ in exponential_layers(atmosphere)
+    )
+    return level > DENSE_TOP
+
+
+def has_opaque_ozone(atmosphere) -> bool:
+    """Whether a low sun lights the air above the absorbing layer alone: its upper end then cuts pieces."""
+    layer = atmosphere.ozone
+    if layer is None or layer.center + layer.half_width >= atmosphere.thickness:
+        return False
+    reach = math.sqrt(2.0 * layer.half_width * (atmosphere.bottom_radius + layer.center))
+    return max(layer.extinction) * reach > OPAQUE_OZONE
+
+
 def reach_altitude(atmosphere) -> float:
     """Return the altitude [m] up to which the air counts: the top, or in a deep shell where its layers have faded."""
     layers = exponential_layers(atmosphere)
@@ -80,6 +106,11 @@ def needs_more_nodes(atmosphere) -> bool:
     """
     height, beta = dominant_layer(atmosphere)
     return height * beta > 1.0 or horizon_depth(atmosphere) > RESOLVED
+
+
+def is_small(atmosphere) -> bool:
+    """Whether a ray may pass the ground nearer to the center than the air is deep: density all but has a kink there."""
+    return CLOSED_CURVATURE * dominant_layer(atmosphere)[0] > atmosphere.bottom_radius
 
 
 def has_curved_ozone(atmosphere) -> bool:

@@ -4,13 +4,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from shadowatmo.extremes import dominant_layer, is_deep, is_thick, needs_more_nodes, reach_altitude
+from shadowatmo.extremes import (
+    dominant_layer,
+    has_dense_top,
+    has_opaque_ozone,
+    is_deep,
+    is_small,
+    is_thick,
+    needs_more_nodes,
+    reach_altitude,
+)
 from shadowatmo.medium import densities, extinction, optical_depth, scattering
 from shadowatmo.phase import mie_phase, rayleigh_phase
 from shadowatmo.quadrature import cumulative_matrix, gauss_legendre
 from shadowatmo.quality import MAX_NODES
 from shadowatmo.ray import altitude_of, k_along, k_of, safe_sqrt
-from shadowatmo.transmittance import columns_to_top, ozone_crossings, ozone_to, scale_heights
+from shadowatmo.transmittance import columns_to_top, ozone_crossings, ozone_levels, ozone_to, scale_heights
 
 # Thick air (see_no_farther): optical depth of a piece that needs no care, optical depth beyond which nothing is seen,
 # bisections; width of the map in mean free paths about a center ahead, about an eye in dense air, beneath a dense top.
@@ -20,17 +29,30 @@ AHEAD, AROUND, HAIR = 3.0, 1.0, 0.05
 
 @dataclass(frozen=True, eq=False)
 class SinhMap:
-    """t = center + width sinh(start + span s) for s in 0..1; fields (N,), lengths [m]."""
+    """t = center + width sinh(start + span s) for s in 0..1; fields (N,), lengths [m].
+
+    `eased`: for s^2 (3 - 2 s) in place of s, which follows a square root at either end.
+    """
 
     center: np.ndarray
     width: np.ndarray
     start: np.ndarray
     span: np.ndarray
+    eased: bool = False
 
 
 def nodes_for(atmosphere, nodes) -> int:
-    """Return the nodes of a lit piece: half as many again where the air is dense or its horizon far."""
-    return min(nodes + nodes // 2, MAX_NODES) if needs_more_nodes(atmosphere) else nodes
+    """Return the nodes of a lit piece: half as many again where the air is dense or its horizon far.
+
+    Where opaque ozone cuts the piece in two they are as many for each.
+    """
+    more = needs_more_nodes(atmosphere) and not has_opaque_ozone(atmosphere)
+    return min(nodes + nodes // 2, MAX_NODES) if more else nodes
+
+
+def gap_nodes_for(atmosphere, nodes) -> int:
+    """Return the nodes of a dark piece: half as many again in a deep shell, whose pieces are that much longer."""
+    return min(nodes + nodes // 2, MAX_NODES) if is_deep(atmosphere) else nodes
 
 
 def make_map(atmosphere, ray, near, far) -> SinhMap:
@@ -46,11 +68,12 @@ def make_map(atmosphere, ray, near, far) -> SinhMap:
     depth = beta * bump * np.exp(-np.maximum(altitude, 0.0) / scale)
     center = np.clip(-ray.x - 0.45 * bump * np.log1p(depth), near, far)
     slope = (ray.x + lowest) / r
-    width = np.hypot(0.9 * scale / np.sqrt(slope * slope + 0.5 * scale / r), 0.5 * (center - lowest))
+    turn = 0.5 * scale / r * (1.0 + scale / r if is_small(atmosphere) else 1.0)
+    width = np.hypot(0.9 * scale / np.sqrt(slope * slope + turn), 0.5 * (center - lowest))
     if is_thick(atmosphere):
         center, width, far = see_no_farther(atmosphere, ray, near, far, center, width)
     start = np.arcsinh((near - center) / width)
-    return SinhMap(center, width, start, np.arcsinh((far - center) / width) - start)
+    return SinhMap(center, width, start, np.arcsinh((far - center) / width) - start, has_dense_top(atmosphere))
 
 
 def slant_depth(atmosphere, ray, t):
@@ -98,9 +121,11 @@ def see_no_farther(atmosphere, ray, near, far, center, width):
 
 def map_node(sinh_map, s):
     """Return t [m] and dt/ds [m] of nodes s (n,), each (N, n)."""
+    stretch = 6.0 * s * (1.0 - s) if sinh_map.eased else np.ones_like(s)
+    s = s * s * (3.0 - 2.0 * s) if sinh_map.eased else s
     u = sinh_map.start[:, None] + sinh_map.span[:, None] * s
     width = sinh_map.width[:, None]
-    return sinh_map.center[:, None] + width * np.sinh(u), width * sinh_map.span[:, None] * np.cosh(u)
+    return sinh_map.center[:, None] + width * np.sinh(u), width * sinh_map.span[:, None] * stretch * np.cosh(u)
 
 
 @dataclass(eq=False)
@@ -137,6 +162,23 @@ def pass_gap(atmosphere, ray, near, far, total, count):
 
 def add_lit(atmosphere, ray, sun_height, sun_cosine, near, far, total, count, terms=6, subtract_top=True):
     """Add inscatter and columns of lit pieces; sun_height, sun_cosine (N,) = P . s [m] at the base point and d . s."""
+    sun = sun_height, sun_cosine
+    if has_opaque_ozone(atmosphere):
+        middle = ozone_cut(atmosphere, ray, near, far)
+        add_piece(atmosphere, ray, *sun, near, middle, total, count, terms, subtract_top)
+        near = middle
+    add_piece(atmosphere, ray, *sun, near, far, total, count, terms, subtract_top)
+
+
+def ozone_cut(atmosphere, ray, near, far):
+    """Return where pieces (N,) [m] leave the absorbing layer through its upper end, or else enter it there."""
+    half = safe_sqrt(ozone_levels(atmosphere)[2] - ray.tangent_k)
+    leaves = half - ray.x
+    return np.where((leaves > near) & (leaves < far), leaves, np.clip(-half - ray.x, near, far))
+
+
+def add_piece(atmosphere, ray, sun_height, sun_cosine, near, far, total, count, terms, subtract_top):
+    """Add inscatter and columns of lit pieces without a kink inside."""
     weights = gauss_legendre(count)[1]
     t, steps = node_steps(atmosphere, ray, near, far, count)
     y = sun_height[:, None] + sun_cosine[:, None] * t
@@ -158,7 +200,7 @@ def finish_columns(atmosphere, ray, end, total):
     if atmosphere.ozone is not None:
         crossings = ozone_crossings(atmosphere, ray.tangent_k)
         inside = ozone_to(atmosphere, ray.tangent_k, crossings, ray.x + end)
-        total.columns[:, 2] = inside - ozone_to(atmosphere, ray.tangent_k, crossings, ray.x)
+        total.columns[:, 2] = np.maximum(inside - ozone_to(atmosphere, ray.tangent_k, crossings, ray.x), 0.0)
 
 
 def apply_phases(atmosphere, total, nu):

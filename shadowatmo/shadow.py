@@ -29,6 +29,11 @@ class Cone:
         """Radius [m] of the volume at z [m]; negative beyond the apex."""
         return self.radius + self.excess - z * self.slope
 
+    def moved(self, z) -> "Cone":
+        """Return the same volume with lengths along the axis counted from `z` [m]; its radius is the width there."""
+        far = self.far if self.far >= FAR_AWAY else self.far - z
+        return Cone(self.width(z), self.slope, 0.0, self.near - z, far)
+
 
 def cylinder(radius) -> Cone:
     """Return the shadow of a sphere in parallel light."""

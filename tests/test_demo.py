@@ -4,6 +4,7 @@ import importlib.util
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -124,6 +125,23 @@ def test_every_picture_is_finite_and_not_black(frames, name):
     for values in (radiance, lit, shadow):
         assert np.isfinite(values).all() and values.min() >= 0
     assert image.max() > 120 and len(np.unique(image.reshape(-1, 3), axis=0)) > 50
+
+
+def test_samples_average_the_edges_and_nothing_else(ctx):
+    """Half a pixel of limb is half as bright, the middle of the disc as before; widths keep their legend."""
+    from shadowatmo.passes.gallery import Gallery
+
+    size = (128, 72)
+    earth, widths = select(["earth_orbit_day", "widths"])
+    found = []
+    for samples in (1, 2, 6):
+        with Gallery(ctx, size, "fast", samples=samples) as gallery:
+            found.append(np.asarray(gallery.draw(replace(earth, exposure=10.0))).astype(float))
+            assert gallery.draw(widths).size == size
+    coarse, smooth, finest = found
+    assert coarse.shape == smooth.shape == finest.shape == (72, 128, 3)
+    assert np.abs(smooth - finest).max() < 0.6 * np.abs(coarse - finest).max()
+    assert np.abs(coarse - finest).max() > 20 and np.median(np.abs(coarse - finest)) < 2
 
 
 def test_the_night_ring_is_whole_and_surrounds_a_dark_disc(frames):

@@ -57,6 +57,24 @@ def test_frames_agree_with_rays(ctx, rng, camera, median, p95):
     assert want.min() < 0.5
 
 
+def test_frames_from_afar_are_alike(ctx):
+    """A picture 40 km high of the umbra's edge: from 1e11 m, where a float's step is 8 km, as from 1e9 m."""
+    scene = eclipse(45.0)[0]
+    spot = np.array([np.cos(np.radians(45.0)), np.sin(np.radians(45.0)), 0.0])
+    target = sa.EARTH.bottom_radius * spot + np.array([0.0, 0.0, 6e4])
+    toward = 0.9 * spot + np.array([0.1, -0.3, 0.2])
+    toward /= np.linalg.norm(toward)
+    frames = []
+    for distance in (1e9, 1e11):
+        camera = sa.Camera(
+            position=target + distance * toward, target=target, vertical_fov=2.0 * np.arctan(2e4 / distance)
+        )
+        frames.append(multiple_light(ctx, scene, camera, "balanced"))
+    # 16-bit floats of the table and of the frame; told by its distance from the camera the edge moves by 3 %
+    assert np.max(np.abs(frames[1] / frames[0] - 1.0)) < 4e-3
+    assert np.ptp(frames[0]) > 0.3 * frames[0].max()
+
+
 def test_a_frame_outside_the_shadow_is_as_without(ctx):
     camera = level(45, 2.0, 90, 15)
     far = sa.Occluder(center=(3.66e8, -9.6e6, 0.0), radius=1.7374e6)

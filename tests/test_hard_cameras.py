@@ -143,6 +143,45 @@ def test_in_and_on_the_shadow(ctx, place):
     case.check(2.0 + 3e-6 * distance, "planet_umbra", "planet_penumbra")
 
 
+@pytest.mark.parametrize("place", PLACES)
+def test_in_and_on_the_shadow_a_little_aside(ctx, place):
+    """Rays turned and points moved by 1e-6: what changes is what changes in the twin, at the shadow's edge too."""
+    sun = sa.Sun((0.6, 0.8, 0.0))
+    point = shadow_points(EARTH, sun)[place]
+    rays = -point + np.random.default_rng(4).normal(size=(60, 3)) * 0.7 * R
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    names = [f"ray {i}" for i in range(len(rays))]
+
+    def seen(at, directions):
+        return Compared(ctx, sa.Scene(EARTH, sun), np.tile(at, (len(rays), 1)), directions, names=names)
+
+    before = seen(point, rays)
+    step = 1e-6 * np.linalg.norm(point) * np.array([0.0, 0.6, 0.8])
+    for after in (seen(point, turned(rays, 1e-6)), seen(point + step, rays)):
+        check_change(before, after, SMOOTH)
+
+
+@pytest.mark.parametrize("altitude", [2.0, 3e4, 4e5, 3.844e8])
+def test_view_and_sun_almost_parallel(ctx, altitude):
+    """From exactly parallel to 1e-6 aside the light changes as the twin's does, with the sun's light and against it."""
+    directions = np.random.default_rng(6).normal(size=(12, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    for sun in directions[:3]:
+        side = np.cross(sun, [0.3, 0.5, -0.2])
+        side /= np.linalg.norm(side)
+        for sign in (1.0, -1.0):
+            origins = np.array([(R + altitude) * sun, (R + altitude) * side, (R + 2e4) * side - sign * altitude * sun])
+            cases = [
+                Compared(
+                    ctx, sa.Scene(EARTH, sa.Sun(sun)), origins, np.tile(turned(sign * sun[None], angle), (3, 1)),
+                    names=["from above", "level", "limb"],
+                )
+                for angle in (0.0, 1e-9, 1e-6)
+            ]  # fmt: skip
+            for after in cases[1:]:
+                check_change(cases[0], after, SMOOTH)
+
+
 @pytest.mark.parametrize("offset", [0.0, 1e-12, 1e-9, 1e-7, 1e-5])
 @pytest.mark.parametrize("altitude", [2.0, 3e4, 4e5, 3.844e8])
 def test_view_and_sun_parallel(ctx, altitude, offset):

@@ -107,6 +107,54 @@ def test_slits(ctx, altitude, shape):
     assert np.percentile(np.abs(lit[some] - truth.lit), 95) < 2.0
 
 
+HARD_VIEWS = {
+    "0.01 degrees, 2 m": (horizon_camera(2.0, 0.01), (24, 16)),
+    "175 degrees, 2 m": (horizon_camera(2.0, 175.0), (24, 16)),
+    "175 degrees, 400 km": (horizon_camera(4e5, 175.0), (24, 16)),
+    "a slit across, 400 km": (horizon_camera(4e5, 0.1), SIZES["4096:1"]),
+    "a slit upright, 2 m": (horizon_camera(2.0, 60.0), SIZES["1:4096"]),
+    "1e9 m": (planet_camera(1e9), (24, 16)),
+    "1e11 m": (planet_camera(1e11), (24, 16)),
+}
+
+
+@pytest.mark.parametrize("view", HARD_VIEWS)
+def test_frames_that_turn_a_little(ctx, view):
+    """A millionth of the picture's height aside: the change is the twin's, but for float32's last digits."""
+    camera, size = HARD_VIEWS[view]
+    right, *_ = camera.basis()
+    angle = 1e-6 * camera.vertical_fov
+    aside = replace(camera, target=None, forward=np.array(camera.basis()[2]) + angle * right)
+    some = np.random.default_rng(3).choice(size[0] * size[1], 384, replace=False)
+    found, wanted, ends = [], [], []
+    for c in (camera, aside):
+        found.append(drawn(ctx, c, size, ANALYTIC)[0][some])
+        rays = c.pixel_rays(size).reshape(-1, 3)[some]
+        scene = sa.Scene(E, sa.Sun(SUNS["80 degrees"]))
+        truth = reference.probe(scene, np.tile(c.position, (len(rays), 1)), rays)
+        wanted.append(truth.single)
+        ends.append(truth.end)
+    same = ends[0] == ends[1]
+    assert same.mean() > 0.9
+    change = np.abs(found[1] - found[0]) - np.abs(wanted[1] - wanted[0])
+    unit = np.maximum(wanted[0], 1e-3 * wanted[0].max())
+    # at the limb a pixel's tangent height has the digits of the planet's radius, 0.4 m of the last meters of air
+    assert np.max((change / unit)[same]) < 2e-3
+    assert np.percentile((change / unit)[same], 95) < 5e-5
+
+
+@pytest.mark.parametrize("shape", SIZES)
+def test_all_orders_in_slits(ctx, shape):
+    """As users draw them, tiles and all orders: finite, and at every pixel no less than what is scattered once."""
+    size = SIZES[shape]
+    camera = horizon_camera(2.0, 60.0 if size[0] == 1 else 0.1)
+    lights = [
+        drawn(ctx, camera, size, replace(sa.quality.NAMED["balanced"], orders=orders))[0] for orders in ("all", 1)
+    ]
+    assert all(np.isfinite(light).all() and (light >= 0.0).all() for light in lights)
+    assert np.all(lights[0] >= lights[1] * (1.0 - 2e-3))
+
+
 @pytest.mark.parametrize("sun", SUNS)
 def test_all_orders_from_everywhere(ctx, sun):
     """Finite, not negative, and not less than what is scattered once, with the moon's shadow in the air."""

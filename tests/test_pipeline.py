@@ -135,6 +135,13 @@ def test_same_call_same_bits(ctx):
         assert np.array_equal(renderer.render(CAMERA).numpy(), first)
 
 
+def test_quality_does_not_change_under_a_renderer(ctx):
+    with sa.Renderer(ctx, sa.Scene(suns=SUN), (16, 9), "fast") as renderer:
+        with pytest.raises(AttributeError):
+            renderer.quality = "accurate"
+        assert renderer.quality == sa.quality.NAMED["fast"]
+
+
 def test_scene_may_change_between_frames(ctx):
     with sa.Renderer(ctx, EARTH, SIZE) as renderer:
         day = renderer.render(CAMERA).numpy()

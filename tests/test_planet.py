@@ -1,6 +1,9 @@
 """The surface: maps, relief, and the lit ground against the twin's sunlight."""
 
+from dataclasses import replace
+
 import numpy as np
+from PIL import Image
 
 import shadowatmo as sa
 from shadowatmo.passes.planet import RINGS, SPOKES, polar_grid
@@ -18,6 +21,7 @@ def test_slopes_of_a_known_hill():
     at_equator = slopes[90, :, 0]
     assert np.allclose(at_equator, 1000 * np.cos(longitude) / radius, rtol=1e-2, atol=1e-7)
     assert np.abs(slopes[..., 1]).max() == 0 and np.array_equal(slopes[..., 2], height)
+    assert np.array_equal(slopes[..., 3], height <= 0)
     assert abs(at_equator[0] - at_equator[-1]) < 1e-5  # longitudes wrap
 
 
@@ -57,6 +61,30 @@ def test_relief_stands_above_the_sphere(ctx):
     assert abs(depth(0.0, -150.0) - 9e3) < 20
 
 
+def test_an_islet_darkens_the_sea_no_farther_than_it_reaches(ctx, tmp_path):
+    """Ground that reflects nothing shows the mirror alone: gone on a cell of land, whole a cell and a half away."""
+    levels = np.zeros((2, 90, 180), np.uint8)  # cells of two degrees
+    levels[1, 45, 90] = 128
+    radiance = []
+    for number, image in enumerate(levels):
+        path = tmp_path / f"{number}.png"
+        Image.fromarray(image).save(path)
+        scene = sa.Scene(
+            atmosphere=replace(sa.EARTH, ground_albedo=(0, 0, 0)),
+            suns=sa.Sun(direction=(1, 0, 0)),
+            surface=sa.Surface(height=path, sea=True),
+        )
+        camera = sa.Camera(position=(2e7, 0, 0), target=(0, 0, 0), vertical_fov=np.radians(10))
+        with sa.Renderer(ctx, scene, (161, 161), sa.Quality(orders=1, depth="analytic")) as renderer:
+            radiance.append(renderer.render(camera).numpy()[..., 0].astype(float))
+    sea, islet = radiance
+    # a pixel is 0.13 degrees of longitude here; the cell's middle lies a degree east and south of the axis
+    lost = 1.0 - islet / sea
+    assert lost[88, 88] > 0.5 * lost.max() > 0.05
+    # the smoothed altitude still lifts the air there a little
+    assert np.abs(lost[88, [88 - 20, 88 + 20]]).max() < 0.01 and np.abs(lost[[88 - 20, 88 + 20], 88]).max() < 0.01
+
+
 def test_date_line_has_no_seam(ctx):
     """A strip of sea across 180 degrees of longitude varies smoothly."""
     up = np.array([-1.0, 0.0, 0.0])
@@ -74,3 +102,4 @@ def test_night_is_dark(ctx):
         day = renderer.render(level(50, 1e4, 0, -60)).numpy()
         night = renderer.render(level(125, 1e4, 0, -60)).numpy()
     assert day.min() > 1e-4 and night.max() < 1e-6 * day.max()
+

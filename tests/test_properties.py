@@ -1,99 +1,21 @@
 """Properties that hold over the whole space of parameters: airs, eyes, rays, suns and moons, chosen by Hypothesis.
 
-The choice is the same in every run. What once failed is kept as an explicit example.
+The choice is the same in every run. What once failed is kept as an explicit example. Whole scenes, frames and hosts:
+tests/test_properties_scenes.py.
 """
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 import shadowatmo as sa
 from shadowatmo import reference
-from shadowatmo.parameters import MAX_LENGTH
-
-CHECKS = [HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
-
-
-def examples(count):
-    """The same examples in every run: what was found once is kept below, not in a database."""
-    return settings(derandomize=True, deadline=None, max_examples=count, database=None, suppress_health_check=CHECKS)
-
+from tests.strategies import any_airs, cameras, directions, examples, likely_airs, powers, rays_about
 
 # few nodes: their shaders compile fast, and what is asked here holds for any number
 QUALITY = sa.Quality(nodes=4, gap_nodes=2, orders=1, depth="analytic")
 FINE = sa.Quality(nodes=16, gap_nodes=12, terms=6, orders=1)
-
-
-def powers(low, high):
-    """Numbers between two powers of ten, uniform in the exponent."""
-    return st.floats(low, high).map(lambda exponent: 10.0**exponent)
-
-
-def triples(values):
-    return st.tuples(values, values, values)
-
-
-@st.composite
-def directions(draw):
-    v = np.array(draw(triples(st.floats(-1.0, 1.0))))
-    length = np.linalg.norm(v)
-    return tuple(v / length) if length > 1e-3 else draw(st.sampled_from([(1.0, 0.0, 0.0), (0.0, 0.0, -1.0)]))
-
-
-@st.composite
-def any_airs(draw):
-    """Whatever an Atmosphere accepts, but for shells so thin that float64 rounds them away."""
-    radius = draw(powers(-3, 14))
-    top = min(radius * (1.0 + draw(powers(-6, 2))), MAX_LENGTH)
-    beta = st.one_of(st.just(0.0), powers(-18, 3))
-    extinction = draw(triples(beta))
-    ozone = None
-    if draw(st.booleans()):
-        half_width = draw(powers(-3, 12))
-        center = half_width * draw(powers(-1, 1))
-        if center - half_width > -radius:
-            ozone = sa.TentLayer(center, half_width, draw(triples(beta)))
-    return sa.Atmosphere(
-        radius, top, draw(triples(beta)), draw(powers(-3, 15)),
-        tuple(e * draw(st.floats(0.0, 1.0)) for e in extinction), extinction, draw(powers(-3, 15)),
-        draw(st.floats(-0.999, 0.999)), ozone, draw(triples(st.floats(0.0, 1.0))),
-    )  # fmt: skip
-
-
-@st.composite
-def likely_airs(draw):
-    """Planets that one could meet: radii from 100 m to 1e8 m, any depth of shell, optical depths up to 30."""
-    radius = draw(powers(2, 8))
-    thickness = radius * draw(powers(-3, 0.7))
-    heights = [thickness * draw(powers(-1.7, 0.7)) for _ in range(2)]
-    depths = [draw(triples(powers(-4, 0.7))) for _ in range(2)]
-    rayleigh, mie = (tuple(d / h for d in depth) for depth, h in zip(depths, heights, strict=True))
-    ozone = None
-    if draw(st.booleans()):
-        half_width = thickness * draw(powers(-1, -0.5))
-        ozone = sa.TentLayer(
-            thickness * draw(st.floats(0.2, 0.9)), half_width, tuple(0.1 / half_width for _ in range(3))
-        )
-    albedo = draw(st.floats(0.5, 1.0))
-    return sa.Atmosphere(
-        radius, radius + thickness, rayleigh, heights[0], tuple(albedo * m for m in mie), mie, heights[1],
-        draw(st.floats(-0.9, 0.9)), ozone,
-    )  # fmt: skip
-
-
-@st.composite
-def rays_about(draw, air, count=40):
-    """Origins from within the ground to far away, rays to all sides and through the air."""
-    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
-    up = rng.normal(size=(count, 3))
-    up /= np.linalg.norm(up, axis=1, keepdims=True)
-    heights = air.thickness * 10.0 ** rng.uniform(-6, 1, count) * rng.choice([1.0, 1.0, 1.0, -0.001], count)
-    heights = np.where(rng.random(count) < 0.2, air.top_radius * 10.0 ** rng.uniform(0, 4, count), heights)
-    origins = up * np.maximum(air.bottom_radius + heights, 0.01 * air.bottom_radius)[:, None]
-    aims = rng.normal(size=(count, 3)) * air.top_radius - origins
-    rays = np.where(rng.random((count, 1)) < 0.5, aims, rng.normal(size=(count, 3)))
-    return origins, rays / np.linalg.norm(rays, axis=1, keepdims=True)
 
 
 def check_bounds(scene, found):
@@ -178,18 +100,6 @@ def test_likely_airs_are_those_of_the_twin(ctx, data):
     scale = max(twin.single.max(), 1e-30)
     error = np.abs(found.single - twin.single)[same] / scale
     assert error.max() < 3e-2 and np.median(error) < 1e-4
-
-
-@st.composite
-def cameras(draw, air=sa.EARTH):
-    up = np.array(draw(directions()))
-    height = draw(powers(-3, 11))
-    position = (air.bottom_radius + height) * up
-    aim = np.array(draw(directions()))
-    forward = aim if height < 1e6 else 0.9 * air.bottom_radius * aim - position
-    return sa.Camera(
-        position=position, forward=forward, up=draw(directions()), vertical_fov=np.radians(draw(st.floats(0.01, 175.0)))
-    )
 
 
 @pytest.fixture(scope="module")

@@ -61,6 +61,7 @@ _SIGNATURES = {
     "BufferData": (None, _E, ctypes.c_ssize_t, _P, _E),
     "GenVertexArrays": (None, _I, _P), "DeleteVertexArrays": (None, _I, _P),
     "GenFramebuffers": (None, _I, _P), "DeleteFramebuffers": (None, _I, _P),
+    "FramebufferTexture2D": (None, _E, _E, _E, _E, _I), "GetFramebufferAttachmentParameteriv": (None, _E, _E, _E, _P),
     "GenRenderbuffers": (None, _I, _P), "DeleteRenderbuffers": (None, _I, _P),
 }
 # name -> (version that has it in core, extension that brings it); drivers hand out addresses for any name at
@@ -133,6 +134,11 @@ class GLFunctions:
         """`count` values of glGetFloatv as a tuple of float."""
         self.GetFloatv(name, self._float_scratch)
         return tuple(self._float_scratch[:count])
+
+    def attachment(self, target, point, query):
+        """One value of glGetFramebufferAttachmentParameteriv."""
+        self.GetFramebufferAttachmentParameteriv(target, point, query, self._scratch)
+        return self._scratch[0]
 
     def bound_texture_has_depth(self):
         """Whether the 2D texture of the active unit has a depth format."""
