@@ -1,7 +1,8 @@
 """Pass 5 at the resolution that the picture needs: the air at the corners of tiles of 8 x 8 pixels, interpolated.
 
 Most of a frame is so smooth that its corners say it all. The other tiles (shaders/adaptive_tiles.frag says which) are
-drawn again pixel by pixel, as points of a tile's size, by the shader that also composes whole frames.
+drawn again, as points of a tile's size: by parabolas in the logarithm where these will do, else pixel by pixel, by the
+shader that also composes whole frames.
 """
 
 import math
@@ -17,12 +18,14 @@ from shadowatmo.passes.gl.functions import gl_functions
 from shadowatmo.passes.gl.shader import bind_textures, build_program, set_uniforms
 from shadowatmo.passes.gl.textures import Target
 from shadowatmo.passes.terminator import terminator_inputs
-from shadowatmo.passes.widths import cuts_inputs
+from shadowatmo.passes.widths import cuts_inputs, has_long_paths
 from shadowatmo.quality import PATH_METHODS
 from shadowatmo.ring import EDGE_ON
 from shadowatmo.shadow import penumbra_cone, umbra_cone
 
 TILE = 8  # pixels
+CURVED = 4  # kind of the tiles that are interpolated by parabolas
+BENDS = ("u_below", "u_above", "u_left", "u_right", "u_clear_across", "u_clear_up")  # of their sides
 MIXED = 3  # kind of the tiles, and class of the shader, that may hold pixels of every class
 GL_POINT_SIZE_RANGE = 0x0B12
 LOBE_REACH = 4.0  # a forward lobe narrower than as many tiles is drawn pixel by pixel within as many of its widths
@@ -56,7 +59,7 @@ class AdaptiveComposite(RenderPass):
         self.grid = self.own(Target(ctx, samples, color=("rgba32f", "rgba32f")))
         for texture in self.grid.color:
             texture.filter = (ctx.LINEAR, ctx.LINEAR)
-        self.tiles = self.own(Target(ctx, self.tiles_across, color=("r32f",)))
+        self.tiles = self.own(Target(ctx, self.tiles_across, color=("r32f", *(("rgba32f",) * len(BENDS)))))
         self.tiles.framebuffer.clear()
         self.points = gl_functions(ctx).floats(GL_POINT_SIZE_RANGE, 2)[1] >= TILE
         self.blends, self._canvas, self._arrays = blends, None, {}
@@ -87,7 +90,7 @@ class AdaptiveComposite(RenderPass):
             self._draw_tiles(view, sun, behind, cuts, grid, tiles)
             with blended(self.ctx, blending(first, in_place, canvas)):
                 self._draw_frame(seen[0], behind, grid, first, canvas, window)
-                self._draw_classes(seen, air, cuts, class_features, canvas, tiles)
+                self._draw_classes(seen, behind, air, cuts, grid, class_features, canvas, tiles)
         if disc is not None:
             draw_disc(self, canvas, disc, seen, cuts)
         textures["color"] = canvas.color
@@ -122,6 +125,8 @@ class AdaptiveComposite(RenderPass):
         if rings and view.quality.method in PATH_METHODS:
             defines |= {"HAS_RINGS": True, "RINGS": len(rings)}
             uniforms |= ring_shadows(view, sun, rings)
+        if (moons or rings) and has_long_paths(view):  # what is not smooth along a path depends on where its nodes are
+            defines["HAS_LONG_PATHS"] = True
         with drawing_in(self.tiles.framebuffer, tiles):
             self.fullscreen("adaptive_tiles.frag", defines, uniforms, samplers, vertex="adaptive_tiles.vert")
 
@@ -141,20 +146,37 @@ class AdaptiveComposite(RenderPass):
         with drawing_in(canvas.framebuffer, window):
             self.fullscreen("adaptive_reconstruct.frag", defines, uniforms, samplers)
 
-    def _draw_classes(self, seen, air, cuts, class_features, canvas, tiles):
+    def _draw_classes(self, seen, behind, air, cuts, grid, class_features, canvas, tiles):
         self.ctx.enable(moderngl.PROGRAM_POINT_SIZE)
         # Whole tiles: a point whose middle is outside of the viewport would be clipped.
         with drawing_in(canvas.framebuffer, (0, 0, *(TILE * n for n in self.tiles_across))):
+            self._draw_curved(seen[0], behind, grid, tiles)
             for kind, features in enumerate(class_features[1 : MIXED + 1], 1):
                 own = {"HAS_SOLVED_CUTS": True, "TILE_PIXELS": TILE, **features}, {"u_kind": kind}, {}
-                self._draw_refused(*joined(seen, air, cuts, own), tiles)
+                self._draw_points("atmosphere.frag", "adaptive_tile.vert", joined(seen, air, cuts, own), tiles)
         self.ctx.disable(moderngl.PROGRAM_POINT_SIZE)
 
-    def _draw_refused(self, defines, uniforms, samplers, tiles):
+    def _draw_curved(self, seen, behind, grid, tiles):
+        defines, samplers = {"TILE_PIXELS": TILE}, {"u_light": grid["u_light"]}
+        samplers |= dict(zip(BENDS[:4], self.tiles.color[1:5], strict=True))
+        if behind is not None:
+            defines["HAS_CLEAR"] = True
+            samplers |= {"u_clear": grid["u_clear"], **dict(zip(BENDS[4:], self.tiles.color[5:], strict=True))}
+        if "HAS_IN_PLACE" in seen:
+            defines["HAS_IN_PLACE"] = True
+        elif behind is not None:
+            defines["HAS_BACKGROUND"] = True
+            samplers["u_background"] = behind
+        self._draw_points(
+            "adaptive_curved.frag", "adaptive_curved.vert", (defines, {"u_kind": CURVED}, samplers), tiles
+        )
+
+    def _draw_points(self, fragment, vertex, inputs, tiles):
+        defines, uniforms, samplers = inputs
         if not self.points:
             defines = {**defines, "HAS_TRIANGLES": True}
         across, up = tiles[2] - tiles[0], tiles[3] - tiles[1]
-        program = build_program(self.ctx, "atmosphere.frag", vertex="adaptive_tile.vert", defines=defines)
+        program = build_program(self.ctx, fragment, vertex=vertex, defines=defines)
         set_uniforms(program, {**uniforms, "u_window": (*tiles[:2], across, up)})
         bind_textures(program, {**samplers, "u_tiles": self.tiles.color[0]})
         if program not in self._arrays:

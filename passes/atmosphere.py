@@ -5,6 +5,7 @@ equality shades exactly the pixels of that class: hardware and software rasteriz
 """
 
 import math
+from dataclasses import replace
 
 from shadowatmo.eclipse_multiple import SHADE
 from shadowatmo.passes.base import RenderPass, depth_test
@@ -27,7 +28,7 @@ from shadowatmo.passes.table_build import inscatter_samplers
 from shadowatmo.passes.table_probe import TABLE_METHODS
 from shadowatmo.passes.terminator import terminator_inputs
 from shadowatmo.passes.transmittance import table_samplers
-from shadowatmo.passes.widths import cuts_inputs
+from shadowatmo.passes.widths import cuts_inputs, has_long_paths
 from shadowatmo.quality import PATH_METHODS
 from shadowatmo.screen import frame_around
 
@@ -38,6 +39,7 @@ CLASS_FEATURES = (
     {"HAS_AIR": True, "HAS_SHADOW": True},
     {"HAS_AIR": True, "HAS_SHADOW": True, "HAS_TWO_PIECES": True},
 )
+LIMB_GAP_NODES = 8  # of a shadow that may lie about the tangent point; what is behind it was 23 % off by 4
 NOTHING = {}, {}, {}  # defines, uniforms and samplers
 HIGH_SUN_CLASS = {"HAS_AIR": True}  # one lit piece again, in the light of a finite disc that may be taken for a point
 WIDTHS_OPACITY = 0.6  # of a unit of brightness, for the method "widths"
@@ -177,7 +179,16 @@ def segments_method(view):
     atmosphere, quality = view.scene.atmosphere, view.quality
     defines = {"HAS_SEGMENTS": True, **medium_defines(atmosphere)}
     defines |= {**transmittance_defines(atmosphere, quality), **segment_defines(quality, atmosphere)}
-    return defines, {**medium_uniforms(atmosphere), **segment_uniforms(atmosphere)}, CLASS_FEATURES
+    features = limb_features(view) if has_long_paths(view) else CLASS_FEATURES
+    return defines, {**medium_uniforms(atmosphere), **segment_uniforms(atmosphere)}, features
+
+
+def limb_features(view) -> tuple[dict, ...]:
+    """Return the features of the classes of pixels where they show the limb: the longest paths, lit and shadowed."""
+    quality = replace(view.quality, gap_nodes=max(view.quality.gap_nodes, LIMB_GAP_NODES))
+    more = segment_defines(quality, view.scene.atmosphere)
+    nothing, lit, one_piece, two_pieces = CLASS_FEATURES
+    return nothing, lit, {**one_piece, **more}, {**two_pieces, **more, "HAS_LONG_PATHS": True}
 
 
 def widths_method(view):

@@ -15,11 +15,14 @@ FIRST = 0.375  # scale of the slices' distances in Rayleigh scale heights: unifo
 HIGH_ALTITUDE = 2.5  # of the camera, in scale heights of the higher layer, from which the table goes by geometry
 GEOMETRY_SIZES = {False: (49, 96), True: (65, 128)}  # azimuths, rows of both halves; the finer one for high cameras
 SLICES = {False: 12, True: 6}  # by whether the camera is high
+DUSK, DUSK_WIDTH = 0.13, 0.15  # -mu_s at which columns by the sun's height are the closest, and the width about it
+SUN_SIZE = 65, 96  # of the finer one whose columns go by the sun's height
+SUN_COLUMNS = 0.03  # altitude in ground radii from which columns go by the sun's height
 LOWEST = 1.0  # m, altitude of the camera that the table by geometry still tells from the ground
-NODES = {False: 8, True: 10}  # by whether it is the finer one
+NODES = {False: 8, True: 14}  # by whether it is the finer one
 # of frames whose sum over all orders is the accurate one
 ACCURATE_SIZE = (97, 192)
-ACCURATE_NODES = 20
+ACCURATE_NODES = 28
 
 
 def has_whole_paths(view, textures) -> bool:
@@ -49,6 +52,10 @@ def view_uniforms(view, sun, textures) -> dict:
         longest = 2.0 * math.sqrt(atmosphere.top_radius**2 - atmosphere.bottom_radius**2)
         first = FIRST * atmosphere.rayleigh_scale_height
         return {**size, "u_view_slices": (first, 1.0 / math.log1p(longest / first))}
+    if has_sun_columns(view):
+        first, last = sun_columns(view, sun)
+        top = atmosphere.thickness, 1.0, view.radius
+        return {**size, "u_view_top": top, "u_view_columns": (DUSK, DUSK_WIDTH, first, last - first)}
     inside = view.altitude < atmosphere.thickness
     across = np.array(sun.direction) - (sun.direction @ view.up) * view.up
     length = float(np.linalg.norm(across))
@@ -63,16 +70,36 @@ def view_uniforms(view, sun, textures) -> dict:
     }
 
 
+def has_sun_columns(view) -> bool:
+    """Return whether columns go by the sun's height where a ray is the lowest, and not by the azimuth about the nadir.
+
+    From far away a step of azimuth is many degrees of the sun's height, and the terminator lies across it.
+    """
+    atmosphere = view.scene.atmosphere
+    return view.altitude > max(atmosphere.thickness, SUN_COLUMNS * atmosphere.bottom_radius)
+
+
+def sun_columns(view, sun) -> tuple[float, float]:
+    """Return the first and the last column, see view_column in multiple_view.glsl, for what the camera can see."""
+    sine = view.scene.atmosphere.bottom_radius / view.radius
+    limb = math.acos(sine)  # angle about the center between the nadir and the horizon
+    zenith = math.acos(min(max(float(sun.direction @ view.up), -1.0), 1.0))
+    ends = np.cos([min(zenith + limb, math.pi), max(zenith - limb, 0.0)])
+    return tuple(np.arcsinh((ends + DUSK) / DUSK_WIDTH))
+
+
 def goes_by_cells(view, textures) -> bool:
     """Return whether the table goes by cells of the frame, and then has what moons leave in it, but for shade()."""
     return not (is_high(view) or has_whole_paths(view, textures))
 
 
 def _kind(view, textures):
+    columns = {"HAS_SUN_COLUMNS": True} if has_sun_columns(view) else {}
     if has_whole_paths(view, textures):
-        return {"SLICES": 1, "HAS_HIGH_CAMERA": True, "HAS_WHOLE_PATHS": True}
-    high = is_high(view)
-    return {"SLICES": SLICES[high], **({"HAS_HIGH_CAMERA": True} if high else {"CELL": _cell(view)})}
+        return {"SLICES": 1, "HAS_HIGH_CAMERA": True, "HAS_WHOLE_PATHS": True, **columns}
+    if is_high(view):
+        return {"SLICES": SLICES[True], "HAS_HIGH_CAMERA": True, **columns}
+    return {"SLICES": SLICES[False], "CELL": _cell(view)}
 
 
 def _cell(view):
@@ -89,9 +116,12 @@ def _is_accurate(view):
 
 
 def _size(view, textures):
-    if not goes_by_cells(view, textures):
-        return ACCURATE_SIZE if _is_accurate(view) else GEOMETRY_SIZES[_is_fine(view, textures)]
-    return tuple(-(-n // _cell(view)) + 1 for n in view.size)
+    if goes_by_cells(view, textures):
+        return tuple(-(-n // _cell(view)) + 1 for n in view.size)
+    if _is_accurate(view):
+        return ACCURATE_SIZE
+    fine = _is_fine(view, textures)
+    return SUN_SIZE if fine and has_sun_columns(view) else GEOMETRY_SIZES[fine]
 
 
 class MultipleView(RenderPass):

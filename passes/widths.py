@@ -5,6 +5,7 @@ from shadowatmo.errors import ParameterError
 from shadowatmo.passes.base import RenderPass, depth_test
 from shadowatmo.passes.canvas import drawing_in
 from shadowatmo.passes.gl.textures import Target
+from shadowatmo.passes.multiple_view import is_high
 from shadowatmo.passes.terminator import dusk_uniforms, high_sun
 from shadowatmo.passes.terminator_moons import terminator_moons_inputs
 from shadowatmo.screen import area
@@ -35,11 +36,18 @@ class Widths(RenderPass):
         defines, uniforms, samplers = cuts_inputs(view, textures, sun)
         if view.quality.method == "table4d" and "inscatter" in textures:
             defines["HAS_OPEN_CLASS"] = True
+        if has_long_paths(view):
+            defines["HAS_LONG_PATHS"] = True
         if view.has_terminator(sun):
             moons = bool(terminator_moons_inputs(sun, textures)[0])
             uniforms["u_high_sun"] = high_sun(view.scene.atmosphere, sun, moons)
         with drawing_in(self.target.framebuffer, window), depth_test(self.ctx, "1"):
             self.fullscreen("widths.frag", defines, uniforms, samplers)
+
+
+def has_long_paths(view) -> bool:
+    """Return whether lit paths about their tangent point in dense air are drawn as two pieces, see widths.frag."""
+    return view.quality.method == "segments" and is_high(view)
 
 
 def cuts_inputs(view, textures, sun) -> tuple[dict, dict, dict]:

@@ -19,6 +19,7 @@ const float INTERPOLATED = 0.0;  // kinds of tiles; the others are the classes o
 const float LIT_TILE = 1.0;
 const float SHADOW_TILE = 2.0;
 const float MIXED_TILE = 3.0;
+const float CURVED_TILE = 4.0;   // interpolated too, by parabolas in the logarithm
 
 vec2 sample_place(vec2 number) { return float(TILE_PIXELS) * number + 0.5; }
 ivec2 sample_texel(vec2 number) { return clamp(ivec2(float(TILE_PIXELS) * number), ivec2(0), u_size - 1); }

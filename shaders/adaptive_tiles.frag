@@ -2,8 +2,8 @@
 // Which tiles may be interpolated between their corners, and by which shader the others are drawn.
 //
 // Refused are tiles whose corners differ in kind; that the horizon, the top's limb, the sun or the narrow part of a moon's
-// shadow passes, which may hide between corners; whose second differences exceed the tolerance or cannot be taken; whose
-// drawn depth is not what the corners interpolate.
+// shadow passes, which may hide between corners; whose second differences exceed the tolerance or cannot be taken, and
+// whose logarithm bends otherwise than a parabola; whose drawn depth is not what the corners interpolate.
 
 #include "adaptive.glsl"
 
@@ -29,9 +29,21 @@ uniform vec4 u_moon_cones[OCCLUDERS]; // penumbra: m, slope; umbra: m, slope
 #endif
 
 flat in float v_brightest;
-out float out_kind;
+layout(location = 0) out float out_kind;
+// What adaptive_curved.vert bends the tile's sides by: second differences of the light's logarithm, and of the opacity.
+layout(location = 1) out vec4 out_below;
+layout(location = 2) out vec4 out_above;
+layout(location = 3) out vec4 out_left;
+layout(location = 4) out vec4 out_right;
+#ifdef HAS_BACKGROUND
+layout(location = 5) out vec4 out_clear_across;  // of the transmittance, the mean of two sides
+layout(location = 6) out vec4 out_clear_up;
+#endif
 
-const float DARKEST = 1.0e-4;  // of the brightest sample, below which errors are counted absolutely
+// Parts of the brightest sample: below the first errors are counted absolutely; down to the second a tile is bent rather
+// than left straight where that is closer, for whoever stretches the night.
+const float DARKEST = 1.0e-4;
+const float FAINTEST = 1.0e-8;
 const vec3 THIRD = vec3(1.0 / 3.0);
 
 float brightest(vec3 v) { return max(v.r, max(v.g, v.b)); }
@@ -54,11 +66,12 @@ Bounds tile_bounds(Pixel pixel) {
   return tile;
 }
 
-// Whether a ray of the tile may touch the ground's or the top's sphere without any corner telling.
-bool on_limb(Bounds tile, Pixel pixel) {
+// k of the middle's tangent point [m^2], and how much those of the tile's rays differ from it at most; nothing where they rise.
+const vec2 RISES = vec2(1.0e30, 0.0);
+vec2 tangent_points(Bounds tile, Pixel pixel) {
   float r = sqrt(max(u_bottom_radius * u_bottom_radius + u_camera_k, 0.0));
   float x = tile.x;
-  if (x > r * tile.angle) return false;
+  if (x > r * tile.angle) return RISES;
   // impact parameters of the tile differ from its middle's by at most this
   float spread = tile.angle * (abs(x) + 0.5 * r * tile.angle);
 #ifdef HAS_FAR_CAMERA
@@ -68,8 +81,7 @@ bool on_limb(Bounds tile, Pixel pixel) {
   float tangent_k = u_camera_k - x * x;
   float impact = sqrt(max(u_bottom_radius * u_bottom_radius + tangent_k, 0.0));
 #endif
-  spread *= 2.0 * impact + spread;
-  return abs(tangent_k) < spread || abs(tangent_k - u_top_k) < spread;
+  return vec2(tangent_k, spread * (2.0 * impact + spread));
 }
 
 // Whether any ray of a tile on the horizon or the limb may meet the planet's shadow before it leaves the air.
@@ -150,18 +162,75 @@ bool on_narrow_ring(Bounds tile) {
 }
 #endif
 
-// Second differences of light and transmittance about a sample, where both neighbors are of the same kind; a: how many.
-void bend(ivec2 at, ivec2 step, float code, inout vec4 light, inout vec4 clear) {
+// The samples at the corners, and beyond them to the left, to the right, below and above.
+const ivec2 AROUND[12] = ivec2[12](
+  ivec2(0, 0), ivec2(1, 0), ivec2(0, 1), ivec2(1, 1),
+  ivec2(-1, 0), ivec2(-1, 1), ivec2(2, 0), ivec2(2, 1), ivec2(0, -1), ivec2(1, -1), ivec2(0, 2), ivec2(1, 2)
+);
+vec4 sample_light[12];
+vec4 sample_clear[12];  // a: the code of the path, -1 outside of the grid
+
+void fetch_samples(ivec2 at) {
   ivec2 last = textureSize(u_light, 0) - 1;
-  ivec2 before = max(at - step, 0);
-  ivec2 after = min(at + step, last);
-  vec4 here = texelFetch(u_clear, at, 0);
-  vec4 left = texelFetch(u_clear, before, 0);
-  vec4 right = texelFetch(u_clear, after, 0);
-  bool known = left.a == code && right.a == code && before != at && after != at;
-  vec4 bent = texelFetch(u_light, before, 0) - 2.0 * texelFetch(u_light, at, 0) + texelFetch(u_light, after, 0);
-  light = known ? max(light, abs(bent)) : light;
-  clear = known ? vec4(max(clear.rgb, abs(left.rgb - 2.0 * here.rgb + right.rgb)), clear.a + 1.0) : clear;
+  for (int i = 0; i < 12; ++i) {
+    ivec2 place = clamp(at + AROUND[i], ivec2(0), last);
+    sample_light[i] = texelFetch(u_light, place, 0);
+    sample_clear[i] = texelFetch(u_clear, place, 0);
+    sample_clear[i].a = place == at + AROUND[i] ? sample_clear[i].a : -1.0;
+  }
+}
+
+vec4 logarithm(vec4 light) { return vec4(log(max(light.rgb, 1.0e-30)), light.a); }
+
+// Second differences at both ends of a side, of which those count whose neighbor beyond is of the same kind.
+struct Side {
+  float known;  // of the two
+  vec4 light;   // the larger one
+  vec4 clear;
+  vec4 bend;    // of logarithms: the mean of both, or the known one; how far that may be off
+  vec4 bend_doubt;
+  vec4 clear_bend;
+  vec4 clear_doubt;
+};
+
+// What parabolas leave, as second differences: by how far the two ends differ, or without one of them a share of the other.
+const float BOTH_ENDS = 0.8;
+const float ONE_END = 1.6;
+
+vec4 doubt(vec2 known, vec4 first, vec4 second) {
+  return known.x * known.y > 0.0 ? BOTH_ENDS * abs(second - first) : ONE_END * abs(known.x * first + known.y * second);
+}
+
+Side tile_side(int before, int start, int end, int after) {
+  float code = sample_clear[0].a;
+  vec2 known = vec2(sample_clear[before].a == code ? 1.0 : 0.0, sample_clear[after].a == code ? 1.0 : 0.0);
+  vec2 share = known / max(known.x + known.y, 1.0);
+  Side side;
+  side.known = known.x + known.y;
+  vec4 first = sample_light[before] - 2.0 * sample_light[start] + sample_light[end];
+  vec4 second = sample_light[start] - 2.0 * sample_light[end] + sample_light[after];
+  side.light = max(known.x * abs(first), known.y * abs(second));
+  vec4 a = logarithm(sample_light[start]);
+  vec4 b = logarithm(sample_light[end]);
+  first = logarithm(sample_light[before]) - 2.0 * a + b;
+  second = a - 2.0 * b + logarithm(sample_light[after]);
+  side.bend = share.x * first + share.y * second;
+  side.bend_doubt = doubt(known, first, second);
+  side.clear = vec4(0.0);
+  side.clear_bend = vec4(0.0);
+  side.clear_doubt = vec4(0.0);
+#ifdef HAS_BACKGROUND
+  first = sample_clear[before] - 2.0 * sample_clear[start] + sample_clear[end];
+  second = sample_clear[start] - 2.0 * sample_clear[end] + sample_clear[after];
+  side.clear = max(known.x * abs(first), known.y * abs(second));
+  a = logarithm(sample_clear[start]);
+  b = logarithm(sample_clear[end]);
+  first = logarithm(sample_clear[before]) - 2.0 * a + b;
+  second = a - 2.0 * b + logarithm(sample_clear[after]);
+  side.clear_bend = share.x * first + share.y * second;
+  side.clear_doubt = doubt(known, first, second);
+#endif
+  return side;
 }
 
 #ifdef HAS_DRAWN_DEPTH
@@ -200,62 +269,100 @@ void main() {
   Pixel pixel = make_pixel(sample_place(number + 0.5));
   Bounds tile = tile_bounds(pixel);
 
-  vec4 light = vec4(0.0);  // second differences, across and up
-  vec4 clear = vec4(0.0);
-  vec4 light_up = vec4(0.0);
-  vec4 clear_up = vec4(0.0);
+  fetch_samples(at);
   vec3 lit = vec3(0.0);
   vec3 behind = vec3(0.0);
   vec3 passed = vec3(0.0);
+  vec3 share = vec3(0.0);  // largest, of the light's channels in the pixel's brightest; of what passes the air
+  vec3 passed_share = vec3(0.0);
+  vec3 faint_share = vec3(0.0);  // both, where nothing is too dark to count
   float darkest = 1.0e30;
-  float code = texelFetch(u_clear, at, 0).a;
+  float code = sample_clear[0].a;
   bool same = true;
   bool any_shadow = false;
+  bool all_shadow = true;
+  bool any_before = false;
+  bool any_behind = false;
   for (int i = 0; i < 4; ++i) {
-    ivec2 corner = at + ivec2(i & 1, i >> 1);
-    vec4 through = texelFetch(u_clear, corner, 0);
-    vec3 radiance = texelFetch(u_light, corner, 0).rgb;
+    vec4 through = sample_clear[i];
+    vec3 radiance = sample_light[i].rgb;
     same = same && through.a == code;
     any_shadow = any_shadow || code_has(through.a, SHADOW_BEHIND);
+    all_shadow = all_shadow && code_has(through.a, WITH_SHADOW) && code_has(through.a, WITH_GROUND) == code_has(code, WITH_GROUND);
+    any_before = any_before || code_has(through.a, LIT_BEFORE);
+    any_behind = any_behind || code_has(through.a, LIT_BEHIND);
     vec3 background = vec3(0.0);
 #ifdef HAS_BACKGROUND
-    background = abs(texelFetch(u_background, sample_texel(vec2(corner)), 0).rgb);
+    background = abs(texelFetch(u_background, sample_texel(number + vec2(AROUND[i])), 0).rgb);
 #endif
-    darkest = min(darkest, brightest(radiance + through.rgb * background));
+    float level = brightest(radiance + through.rgb * background);
+    darkest = min(darkest, level);
+    faint_share = max(faint_share, max(radiance, through.rgb * background) / max(max(level, FAINTEST * v_brightest), 1.0e-30));
+    level = max(max(level, DARKEST * v_brightest), 1.0e-30);
+    share = max(share, radiance / level);
+    passed_share = max(passed_share, through.rgb * background / level);
     lit += 0.25 * radiance;
     passed += 0.25 * through.rgb;
     behind += 0.25 * background;
-    bend(corner, ivec2(1, 0), code, light, clear);
-    bend(corner, ivec2(0, 1), code, light_up, clear_up);
   }
-  bool edge = on_limb(tile, pixel);
+  // Any ray may touch the ground's or the top's sphere without a corner telling.
+  vec2 tangent = tangent_points(tile, pixel);
+  bool edge = abs(tangent.x) < tangent.y || abs(tangent.x - u_top_k) < tangent.y;
   float pixel_level = max(darkest, DARKEST * v_brightest);
+  Side below = tile_side(4, 0, 1, 6);
+  Side above = tile_side(5, 2, 3, 7);
+  Side left = tile_side(8, 0, 2, 10);
+  Side right = tile_side(9, 1, 3, 11);
   // Beside an edge one of two neighbors is of another kind, and towards it the frame often bends the more.
-  float doubt = clear.a < 4.0 ? 2.0 : 1.0;
-  float doubt_up = clear_up.a < 4.0 ? 2.0 : 1.0;
-  light = doubt * light + doubt_up * light_up;
+  vec2 known = vec2(below.known + above.known, left.known + right.known);
+  vec2 doubled = vec2(known.x < 4.0 ? 2.0 : 1.0, known.y < 4.0 ? 2.0 : 1.0);
+  vec4 light = doubled.x * max(below.light, above.light) + doubled.y * max(left.light, right.light);
   vec3 error = light.rgb;
   float limit = 8.0 * u_tolerance;
 #ifdef HAS_BACKGROUND
-  error += (doubt * clear.rgb + doubt_up * clear_up.rgb) * behind;
+  error += (doubled.x * max(below.clear, above.clear) + doubled.y * max(left.clear, right.clear)).rgb * behind;
 #endif
-  bool smooth_enough = brightest(error) <= limit * pixel_level && light.a <= limit && min(clear.a, clear_up.a) > 0.5;
+  float faint_level = max(darkest, FAINTEST * v_brightest);
+  bool smooth_enough = brightest(error) <= limit * pixel_level && light.a <= limit && min(known.x, known.y) > 0.5;
+  vec4 off = max(below.bend_doubt, above.bend_doubt) + max(left.bend_doubt, right.bend_doubt);
+  vec3 curved_error = share * off.rgb;
+#ifdef HAS_BACKGROUND
+  vec4 clear_off = max(below.clear_doubt, above.clear_doubt) + max(left.clear_doubt, right.clear_doubt);
+  clear_off += 0.5 * (abs(below.clear_bend - above.clear_bend) + abs(left.clear_bend - right.clear_bend));
+  curved_error += passed_share * clear_off.rgb;
+#endif
+  float faint_error = brightest(error) / max(faint_level, 1.0e-30);
+  bool bent = faint_error > limit && brightest(faint_share * off.rgb) < min(0.5 * faint_error, 1.0);
+  float sides = min(min(below.known, above.known), min(left.known, right.known));
+  bool curved = brightest(curved_error) <= limit && off.a <= limit && sides > 0.5;
   bool flat_enough = true;
 #ifdef HAS_DRAWN_DEPTH
-  vec3 share = lit - passed * log(max(passed, 1.0e-20)) * behind;
-  float weight = min(brightest(share) / max(pixel_level, 1.0e-30), 1.0);
+  vec3 weighed = lit - passed * log(max(passed, 1.0e-20)) * behind;
+  float weight = min(brightest(weighed) / max(pixel_level, 1.0e-30), 1.0);
   flat_enough = depth_error(tile, pixel, number) * weight <= u_tolerance;
 #endif
-  bool refused = !same || edge || on_peak(tile) || !smooth_enough || !flat_enough;
+  bool refused = !same || edge || on_peak(tile) || !flat_enough;
 #ifdef HAS_ECLIPSE
   refused = refused || on_narrow_shadow(tile);
 #endif
 #ifdef HAS_RINGS
   refused = refused || on_narrow_ring(tile);
 #endif
-  bool one_kind = same && flat_enough && !edge;
-  bool two_pieces = code_has(code, LIT_BEFORE) && code_has(code, LIT_BEHIND);
+  // Between paths that are dark at one and the same end, or all along, there is none with two lit pieces.
+  bool one_kind = (same || all_shadow) && flat_enough && !edge && !(any_before && any_behind);
   bool lit_alone = !any_shadow && !(edge && near_shadow(tile, pixel));
-  float kind = lit_alone ? LIT_TILE : (one_kind && !two_pieces ? SHADOW_TILE : MIXED_TILE);
-  out_kind = refused ? kind : INTERPOLATED;
+#ifdef HAS_LONG_PATHS
+  lit_alone = lit_alone && (tangent.x < -tangent.y || tangent.x > DENSEST * u_top_k);
+#endif
+  float kind = lit_alone ? LIT_TILE : (one_kind ? SHADOW_TILE : MIXED_TILE);
+  bool straight = smooth_enough && !(curved && bent);
+  out_kind = refused || !(straight || curved) ? kind : (straight ? INTERPOLATED : CURVED_TILE);
+  out_below = below.bend;
+  out_above = above.bend;
+  out_left = left.bend;
+  out_right = right.bend;
+#ifdef HAS_BACKGROUND
+  out_clear_across = 0.5 * (below.clear_bend + above.clear_bend);
+  out_clear_up = 0.5 * (left.clear_bend + right.clear_bend);
+#endif
 }

@@ -68,7 +68,7 @@ Scattered air_radiance(vec2 fragment, Pixel pixel, Ray ray, vec4 cuts) {
 #endif
 #ifdef HAS_MULTIPLE_VIEW
 #ifdef HAS_HIGH_CAMERA
-  vec3 multiple = multiple_inscatter(ray, pixel.direction, cuts.w, air.transmittance);
+  vec3 multiple = multiple_inscatter(ray, pixel.direction, sun, cuts.w, air.transmittance);
 #else
   vec3 multiple = multiple_inscatter(fragment, cuts.w, air.transmittance);
 #endif

@@ -19,6 +19,10 @@ uniform sampler2D u_atmosphere_back;
 uniform sampler2D u_planet_depth;
 #endif
 
+#ifdef HAS_LONG_PATHS
+const float DENSEST = 0.25;  // of k at the top, below which a tangent point makes a lit path long
+#endif
+
 // Distance [m] from the camera to what the depth textures hold; NOTHING where that is nothing.
 float drawn_distance(ivec2 texel, Pixel pixel) {
   float solid = NOTHING;

@@ -10,6 +10,10 @@
 
 uniform Axis u_shadow_axis;
 
+#ifdef HAS_SUN_COLUMNS
+const float REACH = 1.25;  // of cos(azimuth) in texels that no ray has, for their neighbors' sake
+#endif
+
 out vec4 out_mean;
 
 void main() {
@@ -23,8 +27,16 @@ void main() {
   float mu = path.x / u_view_top.z;
   float mu_s = -u_shadow_axis.z / u_view_top.z;
   float across = safe_sqrt((u_bottom_radius * u_bottom_radius + path.y) / (u_view_top.z * u_view_top.z) * (1.0 - mu_s * mu_s));
+#ifdef HAS_SUN_COLUMNS
+  vec2 point = view_point(ray.x, path.y);
+  float height = point.y * view_sun(texel.x / (u_view_size.x - 1.0));
+  float nu = (height + u_shadow_axis.z) / (ray.start + point.x);
+  nu = clamp(nu, mu * mu_s - REACH * across, mu * mu_s + REACH * across);
+  vec2 sun = vec2(height - nu * point.x, nu);
+#else
   float nu = mu * mu_s + across * cos(PI * texel.x / (u_view_size.x - 1.0));
   vec2 sun = vec2(u_view_top.z * mu_s + ray.start * nu, nu);
+#endif
 #ifdef HAS_WHOLE_PATHS
   float far = ground ? -ray.x - safe_sqrt(-ray.tangent_k) : ray.air;
 #else

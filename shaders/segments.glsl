@@ -255,6 +255,12 @@ Scattered scatter(Ray ray, vec2 sun, float across, vec4 cuts) {
   Inscatter sum = no_inscatter();
 #ifdef HAS_SHADOW
 #ifdef HAS_TWO_PIECES
+#ifdef HAS_LONG_PATHS
+  // Without a shadow on it the path is cut where most of its light comes from, so that both pieces' nodes count.
+  bool whole = cuts.z <= cuts.y && (cuts.y <= cuts.x || cuts.y >= cuts.w);
+  float middle = whole ? make_map(ray, cuts.x, cuts.w).center : 0.0;
+  cuts.yz = whole ? vec2(middle) : cuts.yz;
+#endif
   add_lit(ray, sun, cuts.x, cuts.y, sum);
   pass_gap(ray, cuts.y, cuts.z, sum);
   add_lit(ray, sun, cuts.z, cuts.w, sum);

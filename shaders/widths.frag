@@ -4,7 +4,8 @@
 // Written are the cuts of cuts.glsl, the distance to the solid inf for none. The class that goes to the depth buffer
 // selects the shader that draws the pixel: 0 no air, 1 lit, 2 one lit piece and a shadow, 3 a shadow between two lit pieces,
 // and 4 lit: out to the top of the air where the method asks for it (HAS_OPEN_CLASS), or by a finite disc so high that it
-// may be taken for a point (HAS_TERMINATOR).
+// may be taken for a point (HAS_TERMINATOR). Seen from above (HAS_LONG_PATHS) lit paths past a tangent point in the densest
+// air are of class 3 too: its shader has the nodes that they need, see segments.glsl.
 
 #include "cuts.glsl"
 
@@ -27,6 +28,10 @@ void main() {
 #endif
 #ifdef HAS_OPEN_CLASS
   kind += kind == 1.0 && cuts.w >= air_end(ivec2(gl_FragCoord.xy), pixel, ray) ? 3.0 : 0.0;
+#endif
+#ifdef HAS_LONG_PATHS
+  bool passes_tangent = ray.x < 0.0 && ray.x + cuts.w > 0.0;
+  if (kind == 1.0 && passes_tangent && ray.tangent_k < DENSEST * u_top_k) kind = 3.0;
 #endif
   out_cuts = vec4(cuts.x >= NOTHING ? uintBitsToFloat(0x7F800000u) : cuts.x, cuts.yzw);
   gl_FragDepth = 0.25 * kind;

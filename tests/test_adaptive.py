@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import shadowatmo as sa
-from shadowatmo.passes.adaptive import AdaptiveComposite
+from shadowatmo.passes.adaptive import CURVED, MIXED, AdaptiveComposite
 from shadowatmo.passes.gl.state import preserve_state
 from tests.cameras import CAMERAS, SUN, above, facing, level
 from tests.gl_state import HostObjects, difference, snapshot
@@ -73,6 +73,62 @@ def test_full_size_costs_a_tenth(ctx):
     assert np.mean(tiles > 0) < 0.05
 
 
+@pytest.mark.parametrize("name", ["2 m, sunset", "1 km, on the shadow's edge"])
+def test_what_falls_off_like_an_exponential_is_interpolated(ctx, monkeypatch, name):
+    """Half of the tiles that bend too much for straight lines do for parabolas in the logarithm."""
+    full, smooth, tiles = both(ctx, SCENE, CAMERAS[name], (1280, 720))
+    curved = np.kron(tiles[::-1] == CURVED, np.ones((8, 8), bool))
+    assert holds(errors(smooth[curved], full[curved]))
+    assert np.mean(tiles == CURVED) > 0.8 * np.mean((tiles > 0) & (tiles < CURVED))
+    monkeypatch.setattr(AdaptiveComposite, "_draw_curved", lambda *_: None)
+    _, straight, _ = both(ctx, SCENE, CAMERAS[name], (1280, 720))
+    assert not holds(errors(straight[curved], full[curved]))
+
+
+def test_the_limb_from_afar(ctx, rng, monkeypatch):
+    """Paths of 1700 km through the lowest air, before the sun or with the planet's shadow on them."""
+    exact = sa.Quality(nodes=32, gap_nodes=16, terms=6, orders=1)
+
+    def worst(camera, size=(1280, 720)):
+        _, smooth, tiles = both(ctx, SCENE, camera, size)
+        rows, columns = np.nonzero(np.kron(tiles[::-1] == MIXED, np.ones((8, 8), bool)))
+        some = rng.choice(len(rows), 3000, replace=False)
+        rays = camera.pixel_rays(size)[rows[some], columns[some]]
+        truth = sa.probe(ctx, SCENE, np.broadcast_to(camera.position, rays.shape), rays, quality=exact).single
+        return np.percentile(errors(smooth[rows[some], columns[some]], truth), 99)
+
+    cameras = CAMERAS["1e9 m, behind the planet"], level(104, 1e5, 0, -12)
+    bar = 1.4  # measured: 0.4 and 1.1, and from 2.5 to 6 without what the limb has of its own
+    assert max(worst(camera) for camera in cameras) < bar
+    monkeypatch.setattr("shadowatmo.passes.atmosphere.has_long_paths", lambda view: False)
+    assert min(worst(camera) for camera in cameras) > 1.5 * bar
+
+
+def test_the_night_is_smooth_when_it_is_stretched(ctx, monkeypatch):
+    """Light below 1e-4 of the frame need not be right to the tolerance, but without corners at every eighth pixel."""
+    quality, camera = sa.Quality(depth="analytic"), CAMERAS["20 000 km, half phase"]
+    _, truth, _ = both(ctx, SCENE, camera, (1280, 720), quality, tolerance=1e-9)
+    level = truth.max(-1)
+    night = (level > 1e-6 * level.max()) & (level < 1e-4 * level.max())
+
+    def error():
+        _, smooth, _ = both(ctx, SCENE, camera, (1280, 720), quality)
+        return np.percentile(np.abs(smooth - truth).max(-1)[night] / level[night], 90)
+
+    assert error() < 0.02
+    monkeypatch.setattr(AdaptiveComposite, "_draw_curved", lambda *_: None)
+    assert error() > 0.06
+
+
+@pytest.mark.parametrize("surface", [sa.Surface(), sa.Surface.earth()])
+def test_a_ground_behind_interpolated_air(ctx, surface):
+    """The transmittance is bent as the light is."""
+    scene, camera = sa.Scene(suns=SUN, surface=surface), CAMERAS["20 000 km, half phase"]
+    full, smooth, tiles = both(ctx, scene, camera, (640, 368))
+    curved = np.kron(tiles[::-1] == CURVED, np.ones((8, 8), bool))
+    assert curved.sum() > 64 and holds(errors(smooth[curved], full[curved]))
+
+
 def test_all_orders_are_as_right_as_without(ctx, rng):
     """The view table of whole paths against quadrature along rays: the slices of the full frame's are no truth."""
     quality = sa.Quality(depth="analytic")
@@ -110,7 +166,7 @@ def test_silhouettes_have_no_halo(ctx, monkeypatch, name, distance):
 
     full, smooth, tiles = both(ctx, SCENE, None, draw=composed)
     assert holds(errors(smooth, full)) and np.mean(tiles > 0) < 0.9
-    monkeypatch.setattr(AdaptiveComposite, "_draw_refused", lambda *_: None)
+    monkeypatch.setattr(AdaptiveComposite, "_draw_points", lambda *_: None)
     _, blurred, _ = both(ctx, SCENE, None, draw=composed)
     assert errors(blurred, full).max() > 2 * WORST
     for texture in textures:
