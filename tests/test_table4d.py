@@ -298,8 +298,9 @@ def test_steps_are_small_and_make_the_same(ctx, tables):
         run()
     for ours, theirs in zip(sliced.stored, whole.stored, strict=True):
         ours, theirs = ours.read_color(0), theirs.read_color(0)
-        # the same bits, but for values below the smallest normal float: not all threads of a driver flush those to 0
-        assert np.abs(ours - theirs).max() < np.finfo(np.float32).tiny
+        # the same bits, but for factors below the smallest normal float, which not all threads of a driver flush to 0;
+        # they are multiplied by paths of up to 1e6 m
+        assert np.abs(ours - theirs).max() < 1e6 * np.finfo(np.float32).tiny
 
 
 def test_more_directions_change_little(tables):
