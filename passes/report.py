@@ -23,6 +23,7 @@ from shadowatmo.report_rays import CAMERAS, KINDS, SUN, ray_set
 
 FAST_CAMERAS = 2
 OTHER_PLANETS = ("Mars", "toy planet", "dense air")  # tables and shaders of their own
+LONG = 30.0  # copies
 BYTES = {"f1": 1, "f2": 2, "f4": 4, "nu1": 1, "u1": 1}
 
 
@@ -136,8 +137,7 @@ class Report:
                 with Renderer(self.ctx, self.scene, self.options.size, quality, cache=cache) as renderer:
                     for camera_name, camera in self.cameras.items():
                         renderer.render(camera)
-                        draw = _drawing(renderer, camera)
-                        pairs[name][camera_name].extend(clock.pairs(draw, self.options.frames))
+                        pairs[name][camera_name].extend(self._pairs(clock, _drawing(renderer, camera)))
                 self._step(f"cost, round {number + 1}")
             for feature in wanted_features[::turn]:
                 bench.time(feature, self.options.frames)
@@ -145,6 +145,12 @@ class Report:
         for name in self.wanted:
             found[name]["cost"] = {camera: ratio(np.array(p)) for camera, p in pairs[name].items()}
         return bench.table(wanted_features)
+
+    def _pairs(self, clock, draw) -> np.ndarray:
+        """Return the pairs of one round; a frame that takes LONG is disturbed little, and timed once."""
+        first = clock.pairs(draw, 1)
+        more = self.options.frames - 1 if ratio(first) < LONG else 0
+        return np.concatenate([first, clock.pairs(draw, more)]) if more else first
 
     def _cold_names(self) -> list[str]:
         """Return the candidates that are also started cold: presets and the first one of each method, or one."""

@@ -64,7 +64,7 @@ class Recipe:
 # wants zenith angles above it, and later ones nodes in the dark part of a ray. A view with the sun in it wants degrees.
 RECIPES = {
     "balanced": Recipe(
-        heights=17,
+        heights=15,
         suns=40,
         layers=9,
         polar=28,
@@ -75,7 +75,7 @@ RECIPES = {
         later=Effort(8, 6, 8, 6, 4),
     ),
     "accurate": Recipe(
-        heights=28,
+        heights=22,
         suns=42,
         layers=8,
         polar=34,
