@@ -64,7 +64,7 @@ class Recipe:
 # wants zenith angles above it, and later ones nodes in the dark part of a ray. A view with the sun in it wants degrees.
 RECIPES = {
     "balanced": Recipe(
-        heights=15,
+        heights=14,
         suns=40,
         layers=9,
         polar=28,
