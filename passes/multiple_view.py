@@ -26,11 +26,8 @@ ACCURATE_NODES = 28
 
 
 def has_whole_paths(view, textures) -> bool:
-    """Return whether the table needs whole paths alone: nothing but the ground's sphere and the top ends one.
-
-    Only asked for where the frame is interpolated between samples; without, each altitude keeps the table it has had.
-    """
-    return view.quality.tolerance > 0.0 and "host_depth" not in textures and not has_relief_in_view(view)
+    """Return whether the table needs whole paths alone: nothing but the ground's sphere and the top ends one."""
+    return "host_depth" not in textures and not has_relief_in_view(view)
 
 
 def is_high(view) -> bool:

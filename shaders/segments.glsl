@@ -257,7 +257,10 @@ Scattered scatter(Ray ray, vec2 sun, float across, vec4 cuts) {
 #ifdef HAS_TWO_PIECES
 #ifdef HAS_LONG_PATHS
   // Without a shadow on it the path is cut where most of its light comes from, so that both pieces' nodes count.
-  bool whole = cuts.z <= cuts.y && (cuts.y <= cuts.x || cuts.y >= cuts.w);
+  bool whole = cuts.z <= cuts.y;
+#ifdef HAS_TERMINATOR
+  whole = whole && (cuts.y <= cuts.x || cuts.y >= cuts.w);  // else the dusk of a disc cuts it
+#endif
   float middle = whole ? make_map(ray, cuts.x, cuts.w).center : 0.0;
   cuts.yz = whole ? vec2(middle) : cuts.yz;
 #endif
