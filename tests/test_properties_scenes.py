@@ -43,7 +43,8 @@ def probe_scene(ctx, scene, origins, rays, cut):
         free = sa.probe(ctx, bare, origins, rays, t_max, quality=QUALITY)
         slack = 1e-5 * max(free.single.max(), 1e-30)
         assert np.all(found.single <= free.single * (1.0 + 1e-4) + slack)
-        assert np.array_equal(found.transmittance, free.transmittance)
+        # the same, but for what not all threads of a driver flush to 0
+        assert np.abs(found.transmittance - free.transmittance).max() <= np.finfo(np.float32).tiny
 
 
 @examples(12)
