@@ -122,7 +122,7 @@ class Report:
         camera = next(iter(self.cameras.values()))
         costs = []
         # the first one compiles the shaders, and keeps the tables for the frames to come
-        for kept in (cache, *TABLE_SOLVES * (False,)):
+        for kept in (cache, *(1 if self.options.fast else TABLE_SOLVES) * (False,)):
             with Renderer(self.ctx, self.scene, self.options.size, quality, cache=kept) as renderer:
                 draw = _drawing(renderer, camera)
                 first, frame = clock.seconds(draw), clock.seconds(draw)
