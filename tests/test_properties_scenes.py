@@ -43,8 +43,9 @@ def probe_scene(ctx, scene, origins, rays, cut):
         free = sa.probe(ctx, bare, origins, rays, t_max, quality=QUALITY)
         slack = 1e-5 * max(free.single.max(), 1e-30)
         assert np.all(found.single <= free.single * (1.0 + 1e-4) + slack)
-        # the same, but for what not all threads of a driver flush to 0
-        assert np.abs(found.transmittance - free.transmittance).max() <= np.finfo(np.float32).tiny
+        # Two shaders. They differed once, not again, and by how much was not seen; flushed denormals would explain it.
+        apart = np.abs(found.transmittance - free.transmittance).max()
+        assert apart <= np.finfo(np.float32).tiny, apart
 
 
 @examples(12)
